@@ -150,6 +150,35 @@ TEST_F(LatticectlApply, WeightsSayHowFarEachVertexGoes) {
   }
 }
 
+// One of them is turned, so that two kinds of sums are taken.
+TEST_F(LatticectlApply, SeveralLatticesAddUp) {
+  MustRun({"lattice", Path("cube.obj"), "--turn", "0,0,30", "--box", "-1,-1,-1,2,2,2", "-o",
+           Path("turned.json")});
+  const auto move_all = [&](const std::string& name, double x, double y) {
+    auto lattice = ReadLattice(Path(name));
+    ASSERT_OK(lattice);
+    for (int i = 0; i < lattice->control_points_size(); i += 3) {
+      lattice->set_control_points(i, lattice->control_points(i) + x);
+      lattice->set_control_points(i + 1, lattice->control_points(i + 1) + y);
+    }
+    ASSERT_OK(WriteFile(Path(name), MessageJson(*lattice)));
+  };
+  move_all("L.json", 1, 0);
+  move_all("turned.json", 0.5, 2);
+  PolygonMesh exact = Apply("exact.ply", {"--lattice", Path("turned.json")});
+  for (Vec3d& p : exact.positions) p = p - Vec3d{1.5, 2, 0};
+  ExpectCube(exact, kFloatTolerance);
+
+  MustRun({"apply", Path("cube.obj"), "--lattice", Path("L.json"), "--lattice", Path("turned.json"),
+           "--vertices-only", "-o", Path("vertices.obj")});
+  const auto vertices = ReadMeshFile(Path("vertices.obj"));
+  ASSERT_OK(vertices);
+  const auto moved = ParseMesh(*vertices);
+  ASSERT_OK(moved);
+  ASSERT_EQ(moved->positions.size(), 8u);
+  EXPECT_LE(Norm(moved->positions[6] - Vec3d{2.5, 3, 1}), 1e-12);
+}
+
 TEST_F(LatticectlApply, BadWeightsAreNamed) {
   ASSERT_OK(WriteFile(Path("few.csv"), "0\n1\n"));
   ASSERT_OK(WriteFile(Path("two.csv"), "0,1\n1,1\n"));

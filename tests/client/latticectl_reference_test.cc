@@ -205,7 +205,7 @@ TEST_F(LatticectlReference, GroffTakesTheManualPageWithoutAWarning) {
 }
 
 TEST_F(LatticectlReference, HelpCallsAFileAFile) {
-  EXPECT_THAT(MustRun({"apply", "--help"}), HasSubstr("--lattice FILE REQUIRED"));
+  EXPECT_THAT(MustRun({"apply", "--help"}), HasSubstr("--lattice FILE ... REQUIRED"));
   EXPECT_THAT(MustRun({"quickstart", "--help"}), HasSubstr("--output FOLDER REQUIRED"));
   EXPECT_EQ(Latticectl({"completion", "tcsh"}).code, 2);
 }

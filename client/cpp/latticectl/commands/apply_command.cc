@@ -1,10 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -28,7 +33,8 @@ namespace latticed::client {
 namespace {
 
 struct ApplyFlags {
-  std::string mesh, lattice, output, weights;
+  std::string mesh, output, weights;
+  std::vector<std::string> lattices;
   v1::MeshUnits units;
   std::optional<double> crease_angle;
   v1::ViewOptions view;
@@ -60,7 +66,7 @@ void PrintApplied(const ApplyFlags& flags, const FetchedSurface& surface, absl::
 }
 
 absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, const MeshFile& file,
-                                      v1::Lattice lattice, Console console) {
+                                      std::vector<v1::Lattice> lattices, Console console) {
   TemporaryScenes made(client);
   v1::MeshHeader header;
   *header.mutable_units() = flags.units;
@@ -69,7 +75,9 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   if (flags.units.up_axis() != v1::UP_AXIS_UNSPECIFIED) mesh.set_up_axis(flags.units.up_axis());
   if (flags.units.meters_per_unit() > 0) mesh.set_meters_per_unit(flags.units.meters_per_unit());
   v1::CreateSceneRequest request;
-  *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  for (v1::Lattice& lattice : lattices) {
+    *request.add_lattices()->mutable_lattice() = std::move(lattice);
+  }
   if (flags.crease_angle.has_value()) request.set_crease_angle(*flags.crease_angle);
   LATTICED_RETURN_IF_ERROR(SetWeights(flags.weights, &request));
   *request.mutable_units() = flags.units;
@@ -80,21 +88,59 @@ absl::StatusOr<FetchedSurface> Deform(Client& client, const ApplyFlags& flags, c
   return FetchSurface(client, scene.id(), view, mesh, file, console);
 }
 
+absl::StatusOr<std::vector<v1::Lattice>> ReadLattices(const std::vector<std::string>& paths) {
+  std::vector<v1::Lattice> lattices;
+  for (const std::string& path : paths) {
+    LATTICED_ASSIGN_OR_RETURN(lattices.emplace_back(), ReadLattice(path));
+  }
+  return lattices;
+}
+
+// A lattice and how it goes on outside: it moves x to EvaluateWorld(map.continued(), control_points, x).
+struct VertexLattice {
+  OutsideMap map;
+  std::vector<Vec3d> control_points;
+};
+
+// Of a mesh with these vertices: they decide how far a lattice goes on.
+absl::StatusOr<std::vector<VertexLattice>> VertexLattices(const ApplyFlags& flags,
+                                                          std::span<const Vec3d> vertices) {
+  LATTICED_ASSIGN_OR_RETURN(const auto protos, ReadLattices(flags.lattices));
+  std::vector<VertexLattice> lattices;
+  for (const v1::Lattice& proto : protos) {
+    LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto, vertices));
+    OutsideMap map(lattice.structure);
+    std::vector<Vec3d> control_points = map.Continue(lattice.control_points);
+    lattices.push_back({std::move(map), std::move(control_points)});
+  }
+  return lattices;
+}
+
+// x plus what all of them move it.
+DeformedPoint SumAt(std::span<const VertexLattice> lattices, Vec3d x) {
+  constexpr std::array<Vec3d, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const auto at = [x](const VertexLattice& lattice) {
+    return EvaluateWorld(lattice.map.continued(), lattice.control_points, x);
+  };
+  DeformedPoint sum = at(lattices[0]);
+  for (const VertexLattice& lattice : lattices.subspan(1)) {
+    const DeformedPoint one = at(lattice);
+    sum.position += one.position - x;
+    for (size_t a = 0; a < 3; ++a) sum.jacobian[a] += one.jacobian[a] - kAxes[a];
+  }
+  return sum;
+}
+
 absl::Status RunVerticesOnly(const ApplyFlags& flags, Console console) {
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
   LATTICED_ASSIGN_OR_RETURN(auto mesh, ParseMesh(file));
-  LATTICED_ASSIGN_OR_RETURN(const auto proto, ReadLattice(flags.lattice));
-  LATTICED_ASSIGN_OR_RETURN(const auto lattice, FromProto(proto, mesh.positions));
+  LATTICED_ASSIGN_OR_RETURN(const auto lattices, VertexLattices(flags, mesh.positions));
   MeshUnits units{UpAxisName(flags.units.up_axis()), flags.units.meters_per_unit()};
   if (file.format == MeshFormat::kGlb) units = WithGltfDefaults(units);
   mesh.normals.clear();  // those of the file are wrong after a deformation
   mesh.corner_normals.clear();
-  const OutsideMap outside(lattice.structure);
-  const std::vector<Vec3d> control_points = outside.Continue(lattice.control_points);
-  const auto deform = [&](Vec3d world) {
-    return EvaluateWorld(outside.continued(), control_points, world);
-  };
+  const auto deform = [&](Vec3d world) { return SumAt(lattices, world); };
   LATTICED_ASSIGN_OR_RETURN(mesh, DeformedMesh(std::move(mesh), deform));
   LATTICED_RETURN_IF_ERROR(WriteMeshFile(
       flags.output, mesh, {.units = units, .source = file.bytes, .source_format = file.format}));
@@ -116,11 +162,11 @@ absl::Status Run(const ApplyFlags& flags, CommandLine& line) {
   LATTICED_RETURN_IF_ERROR(CheckToleranceOfPatches(flags.view, flags.tolerance.number > 0));
   const absl::Time start = absl::Now();
   LATTICED_ASSIGN_OR_RETURN(const auto file, ReadMeshFile(flags.mesh));
-  LATTICED_ASSIGN_OR_RETURN(auto lattice, ReadLattice(flags.lattice));
+  LATTICED_ASSIGN_OR_RETURN(auto lattices, ReadLattices(flags.lattices));
   return WithSession(
       flags.session, line, line.interruption.Catch(), [&](Session& session) -> absl::Status {
         LATTICED_ASSIGN_OR_RETURN(const auto surface, Deform(session.client(), flags, file,
-                                                             std::move(lattice), line.console));
+                                                             std::move(lattices), line.console));
         LATTICED_RETURN_IF_ERROR(WriteMeshFile(
             flags.output, Welded(surface.mesh),
             {.units = surface.mesh.units, .source = file.bytes, .source_format = file.format}));
@@ -147,12 +193,13 @@ void AddVerticesOnlyFlag(CLI::App& command, bool& vertices_only) {
 void AddApplyCommand(CLI::App& app, CommandLine& line) {
   auto flags = std::make_shared<ApplyFlags>();
   flags->view.set_encoding(v1::ENCODING_RAW);
-  CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice");
+  CLI::App* command = app.add_subcommand("apply", "Deforms a mesh by a lattice, or by several");
   command->add_option("mesh", flags->mesh, "OBJ, PLY, STL, GLB or DRC file")
       ->required()
       ->type_name(kFileType);
-  command->add_option("--lattice", flags->lattice, "JSON file of the lattice")
+  command->add_option("--lattice", flags->lattices, kLatticesHelp)
       ->required()
+      ->take_all()
       ->type_name(kFileType);
   command->add_option("-o,--output", flags->output, "PLY, OBJ, STL, GLB, USDA or DRC file to write")
       ->required()

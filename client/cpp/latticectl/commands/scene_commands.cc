@@ -152,12 +152,9 @@ void AddSceneCommands(CLI::App& app, CommandLine& line) {
       ->type_name(kFileType);
   create->add_option("--id", flags->id, "Id of the scene; by default a random one");
   create->add_option("--name", flags->name, "Name for people; by default the mesh's");
-  CLI::Option* lattice =
-      create
-          ->add_option("--lattice", flags->lattices,
-                       "JSON file of the lattice; may be repeated: what several move adds up")
-          ->take_all()
-          ->type_name(kFileType);
+  CLI::Option* lattice = create->add_option("--lattice", flags->lattices, kLatticesHelp)
+                             ->take_all()
+                             ->type_name(kFileType);
   AddFitFlags(*create, flags->fit);
   create->add_option("--outside", flags->outside, kOutsideHelp)->check(CheckOutside);
   for (const char* fit : {"--size", "--degree", "--padding", "--outside"})

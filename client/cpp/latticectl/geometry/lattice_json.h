@@ -24,6 +24,10 @@ namespace latticed::client {
 [[nodiscard]] v1::Lattice ToProto(const Lattice& lattice);
 [[nodiscard]] absl::StatusOr<v1::Lattice> ReadLattice(const std::string& path);
 
+// Of an option that takes any number of such files.
+inline constexpr char kLatticesHelp[] =
+    "JSON file of the lattice; may be repeated: what several move adds up";
+
 // --size 5,4,6 --degree 2,2,2 --padding 0.05.
 struct FitFlags {
   std::string size = "4,4,4";
