@@ -6,6 +6,7 @@ import assert from 'node:assert/strict';
 import type { Page } from 'playwright-core';
 import { until } from '../support/until';
 import { shownBy } from './definition';
+import { numbersFrom } from './numbers';
 import { sourcePlaces } from './source_places';
 import { direct } from './stage';
 import { frames } from './viewer_page';
@@ -40,13 +41,13 @@ async function againstServer(page: Page, obj: string): Promise<{ points: number;
   const { topology, spots, points } = await shownBy(page);
   const source = await sourcePlaces(page, topology, spots, obj);
   if (source === undefined) return { points: 0, worst: Infinity, worstNormal: Infinity }; // a newer topology is on its way
-  const normals = await page.evaluate(() => {
+  const { normals } = (await numbersFrom(page, () => {
     const { surface } = window.latticed.scene!.session;
     const all: number[] = [];
     const { numbers } = (surface as unknown as { points: { numbers: Float32Array } }).points;
     surface.places.eachPatch(1, (_, pattern, first) => pattern.points.forEach((__, n) => all.push(...numbers.subarray(6 * (first + n) + 3, 6 * (first + n) + 6))));
-    return all;
-  });
+    return { few: undefined, lists: { normals: all } };
+  }, undefined))!.lists;
   const scene = await page.evaluate(() => window.latticed.scene!.session.sceneId);
   const { surfacePoints } = source;
   let [worst, worstNormal] = [0, 0];

@@ -10,6 +10,7 @@ import { domain, frameEdges } from '@src/lattice/grid';
 import { knotVectors } from '@src/lattice/identity';
 import { Lattice } from '@src/lattice/lattice';
 import { coordinates, distance, sub, type Vec3 } from '@src/lattice/vec';
+import { numbersFrom, triples } from './numbers';
 import { sourcePlaces, type Spot } from './source_places';
 
 const FLOAT_STEP = 1e-5; // the error of floats, on meshes of a few units
@@ -27,31 +28,39 @@ export interface Shown {
 }
 
 export async function shownBy(page: Page): Promise<Shown> {
-  const { lattice, ...shown } = await page.evaluate((floatStep) => {
+  const { few, lists } = (await numbersFrom(page, (floatStep) => {
     const { scene } = window.latticed;
     const { surface } = scene!.session;
     const { min, max } = surface.bounds;
     const sixteenBits = Math.max(max.x - min.x, max.y - min.y, max.z - min.z) / 65_535;
     const layout = surface.layout!;
-    const points: Vec3[] = [];
-    const spots: Spot[] = [];
+    const points: number[] = [];
+    const patches: number[] = [];
+    const weights: number[] = [];
     surface.places.eachPatch(1, (patch, pattern, firstPoint) => pattern.points.forEach((entry, n) => {
       const [i1, i2] = [entry & 0xffff, entry >>> 16];
-      points.push(surface.positionOf(firstPoint + n));
-      spots.push({ patch, weights: [layout.whole - i1 - i2, i1, i2].map((i) => i / layout.whole) as unknown as Vec3 });
+      points.push(...surface.positionOf(firstPoint + n));
+      patches.push(patch);
+      weights.push(...[layout.whole - i1 - i2, i1, i2].map((i) => i / layout.whole));
     }));
     const { frame, degree, size, knots, points: controlPoints } = window.latticed.scene!.session.lattice;
     return {
-      topology: layout.id,
-      points,
-      spots,
-      step: scene!.isEvaluated ? sixteenBits : surface.grid?.step === 1 ? floatStep : surface.grid!.step,
-      lattice: { frame, degree, size, knots: knots.map((k) => [...k]), points: [...controlPoints] },
+      few: {
+        topology: layout.id,
+        step: scene!.isEvaluated ? sixteenBits : surface.grid?.step === 1 ? floatStep : surface.grid!.step,
+        lattice: { frame, degree, size, knots: knots.map((k) => [...k]) },
+      },
+      lists: { points, patches, weights, controlPoints },
     };
-  }, FLOAT_STEP);
-  const { frame, degree, size, knots, points } = lattice;
-  const read = new Lattice(frame, degree, size, knotVectors((axis) => Float64Array.from(knots[axis])), Float64Array.from(points));
-  return { ...shown, lattice: read };
+  }, FLOAT_STEP))!;
+  const { topology, step, lattice: { frame, degree, size, knots } } = few;
+  const weights = triples(lists.weights);
+  return {
+    topology, step,
+    points: triples(lists.points),
+    spots: weights.map((barycentrics, i) => ({ patch: lists.patches[i], weights: barycentrics })),
+    lattice: new Lattice(frame, degree, size, knotVectors((axis) => Float64Array.from(knots[axis])), lists.controlPoints),
+  };
 }
 
 /** The position to which the lattice moves a point of the world. */

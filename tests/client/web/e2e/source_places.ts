@@ -6,6 +6,7 @@ import type { Page } from 'playwright-core';
 import type {} from '@src/main'; // window.latticed
 import { add, cross, dot, scale, type Basis, type Vec3 } from '@src/lattice/vec';
 import type { PatchOrigins, PatchSource } from '@src/surface/patch_source';
+import { numbersFrom } from './numbers';
 
 /** A place in a patch. */
 export interface Spot {
@@ -29,13 +30,13 @@ const ANSWER_MS = 3000; // then the caller asks again, on another connection: a 
 
 /** Corners and barycentrics of each patch, from the server. Undefined if it has another topology or does not answer. */
 async function originsOf(page: Page, topology: string): Promise<PatchOrigins | undefined> {
-  const told = await page.evaluate(async ([id, ms]) => {
+  const told = await numbersFrom(page, async ([id, ms]) => {
     const { patches } = window.latticed.scene!.session.surface as unknown as { patches: { source: PatchSource } };
     const late = new Promise<undefined>((resolve) => setTimeout(resolve, ms));
     const origins = await Promise.race([patches.source.origins(id), late]).catch(() => undefined);
-    return origins && { corners: [...origins.corners], barycentrics: [...origins.barycentrics] };
+    return origins && { few: undefined, lists: { corners: origins.corners, barycentrics: origins.barycentrics } };
   }, [topology, ANSWER_MS] as const);
-  return told && { corners: Uint32Array.from(told.corners), barycentrics: Float64Array.from(told.barycentrics) };
+  return told && { corners: Uint32Array.from(told.lists.corners), barycentrics: told.lists.barycentrics };
 }
 
 /**
