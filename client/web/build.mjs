@@ -69,20 +69,23 @@ async function buildWeb() {
   compressFiles(out, 'index.html', 'assets');
 }
 
+// The tests in the browser share their modules: those that one process runs have one browser.
 async function buildTests() {
-  const testsIn = (folder, to) => readdirSync(folder).filter((name) => name.endsWith('_test.ts'))
-    .map((name) => ({ in: join(folder, name), out: join(to, name.slice(0, -'.ts'.length)) }));
-  await build({
+  const testsIn = (folder) => readdirSync(folder).filter((name) => name.endsWith('_test.ts')).map((name) => join(folder, name));
+  const forNode = {
     ...common,
-    entryPoints: [...testsIn('test', 'unit'), ...testsIn('test/e2e', 'e2e'),
-      ...['viewer_bench', 'decode_bench'].map((name) => ({ in: `test/e2e/${name}.ts`, out: name }))],
-    outdir: out,
     outExtension: { '.js': '.mjs' },
     format: 'esm',
     platform: 'node',
     packages: 'external',
     // Node 18 has no global crypto, which browsers have.
     banner: { js: "import { webcrypto } from 'node:crypto'; globalThis.crypto ??= webcrypto;" },
+  };
+  await build({ ...forNode, entryPoints: testsIn('test'), outdir: join(out, 'unit') });
+  await build({ ...forNode, entryPoints: ['viewer_bench', 'decode_bench'].map((name) => `test/e2e/${name}.ts`), outdir: out });
+  await build({
+    ...forNode, entryPoints: [...testsIn('test/e2e'), 'test/e2e/run_files.ts'], outdir: join(out, 'e2e'), splitting: true,
+    chunkNames: 'shared/[hash]',
   });
   await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, {}, join(out, 'page'));
 }

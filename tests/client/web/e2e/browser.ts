@@ -27,23 +27,47 @@ const OPTIONS = {
     `--disable-features=${DISABLED.join(',')}`],
 };
 
-/** Starts Debian's Chromium, or the program CHROMIUM, with software OpenGL. Its contexts store nothing on disk. */
-export async function launch(): Promise<Browser> {
-  const browser = await chromium.launch(OPTIONS);
-  const newContext = browser.newContext.bind(browser);
-  browser.newContext = async (options) => patient(await newContext(options)); // newPage calls it too
-  return browser;
+export interface PageOptions extends BrowserContextOptions {
+  /** Whether the viewer smooths edges at rest. Each time that takes software as long as several frames. */
+  readonly smooths?: boolean;
 }
 
-function patient(context: BrowserContext): BrowserContext {
+let shared: Browser | undefined;
+
+/**
+ * Starts Debian's Chromium, or the program CHROMIUM, with software OpenGL. Its contexts store nothing on disk. A process that
+ * runs several files of tests has one browser: each file closes its contexts.
+ */
+export async function launch(): Promise<Browser> {
+  if (shared?.isConnected()) return shared;
+  const browser = await chromium.launch(OPTIONS);
+  const newContext = browser.newContext.bind(browser);
+  browser.newContext = async ({ smooths, ...options }: PageOptions = {}) => // newPage calls it too
+    prepared(await newContext(options), smooths);
+  return (shared = browser);
+}
+
+/** Closes all pages of the browser that launch() returned. */
+export async function closeContexts(): Promise<void> {
+  await Promise.all(shared?.contexts().map((context) => context.close()) ?? []);
+}
+
+/** Ends the browser that launch() returned. */
+export async function closeBrowser(): Promise<void> {
+  await shared?.close();
+  shared = undefined;
+}
+
+async function prepared(context: BrowserContext, smooths = false): Promise<BrowserContext> {
   context.setDefaultTimeout(PATIENCE_MS);
+  if (!smooths && !process.env.LATTICED_SHOTS) await context.addInitScript(leaveEdges);
   return context;
 }
 
-/** Like launch(), with a person's profile folder. It is deleted after Chromium, which writes to it until it ends. */
+/** Starts another browser, with a person's profile folder. It is deleted after Chromium, which writes to it until it ends. */
 export async function launchWithProfile(t: TestContext): Promise<BrowserContext> {
   const folder = mkdtempSync(join(tmpdir(), 'latticed-profile-'));
-  const context = patient(await chromium.launchPersistentContext(folder, OPTIONS));
+  const context = await prepared(await chromium.launchPersistentContext(folder, OPTIONS));
   t.after(async () => {
     await context.close();
     rmSync(folder, { recursive: true, maxRetries: 10 });
@@ -51,17 +75,11 @@ export async function launchWithProfile(t: TestContext): Promise<BrowserContext>
   return context;
 }
 
-export interface PageOptions extends BrowserContextOptions {
-  /** Whether the viewer smooths edges at rest. Each time that takes software as long as several frames. */
-  readonly smooths?: boolean;
-}
-
 /** Opens a page and records its errors, on which tests fail. The page trusts self-signed certificates. */
 export async function openPage(
-  browser: Browser, address: string, { smooths = false, ...context }: PageOptions = {},
+  browser: Browser, address: string, options: PageOptions = {},
 ): Promise<{ page: Page; errors: string[] }> {
-  const page = await browser.newPage({ viewport: SMALL, ignoreHTTPSErrors: true, ...context });
-  if (!smooths && !process.env.LATTICED_SHOTS) await page.addInitScript(leaveEdges);
+  const page = await browser.newPage({ viewport: SMALL, ignoreHTTPSErrors: true, ...options });
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('console', (message) => {
@@ -96,6 +114,18 @@ export function stopWebSockets(context: BrowserContext): Promise<void> {
       send(): void {}
     } as unknown as typeof WebSocket;
   });
+}
+
+/**
+ * Ends Playwright's record of a page's network, of which each frame of a WebSocket is an event in three processes. Then no test
+ * can wait for requests. Playwright offers no way: this is inside of the version that package.json names.
+ */
+export async function ignoreNetwork(page: Page): Promise<void> {
+  interface Inside {
+    delegate: { _mainFrameSession: { _client: { send(method: 'Network.disable'): Promise<void> } } };
+  }
+  const { _connection } = page as unknown as { _connection: { toImpl(of: Page): Inside } };
+  await _connection.toImpl(page).delegate._mainFrameSession._client.send('Network.disable');
 }
 
 /** Limits the bytes that the page's origin may store. */

@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import type { Browser, BrowserContext, Page } from 'playwright-core';
-import { launch, launchWithProfile, limitStorage } from './browser';
+import { closeContexts, launch, launchWithProfile, limitStorage } from './browser';
 import { ServerProcess } from './server_process';
 import type {} from './page/harness'; // window.store
 
@@ -59,7 +59,7 @@ before(async () => {
 });
 
 after(async () => {
-  await browser?.close();
+  await closeContexts();
   await server?.kill();
 });
 

@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
 import { NormalMode } from 'latticed/v1/view_pb';
 import type { Axes } from '@src/lattice/grid';
-import { launch, openPage } from './browser';
+import { closeContexts, launch, openPage } from './browser';
 import type {} from './page/harness'; // window.comparePatches
 import { ServerProcess } from './server_process';
 
@@ -29,7 +29,7 @@ before(async () => {
 });
 
 after(async () => {
-  await browser?.close();
+  await closeContexts();
   await server?.kill();
 });
 

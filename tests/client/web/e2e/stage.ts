@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tests of a file share a server, a browser and a page. Each file is a process, so these are variables.
+// The tests of a file share a server and a page. The files of a process run one after the other, so these are variables.
 import { join } from 'node:path';
 import { after, before } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
@@ -10,7 +10,7 @@ import type {} from '@src/main'; // window.latticed
 import type { StreamSettings } from '@src/session/scene_session';
 import { LatticedServer } from '@src/wire/latticed_server';
 import { until } from '../support/until';
-import { launch, openPage, type PageOptions } from './browser';
+import { closeContexts, launch, openPage, type PageOptions } from './browser';
 import { ServerProcess } from './server_process';
 import { torusObj } from './torus';
 import { createScene, dropFiles, frames, segmentsCome } from './viewer_page';
@@ -35,7 +35,7 @@ export interface StageOptions {
   readonly begin?: () => Promise<unknown>;
 }
 
-/** Starts server, browser and page before the first test of the file, and ends them after the last. */
+/** Starts the server and opens the page before the first test of the file, and ends them after the last. */
 export function useStage({ serverOptions, address = () => server.origin, context, begin }: StageOptions = {}): void {
   before(async () => {
     server = await ServerProcess.start(process.env.LATTICED_VIEWER!, serverOptions);
@@ -45,7 +45,7 @@ export function useStage({ serverOptions, address = () => server.origin, context
     await begin?.();
   });
   after(async () => {
-    await browser?.close();
+    await closeContexts();
     await server?.kill();
   });
 }
