@@ -69,9 +69,14 @@ async function buildWeb() {
   compressFiles(out, 'index.html', 'assets');
 }
 
-// The tests in the browser share their modules: those that one process runs have one browser.
+// Tests lie in folders, and their bundles side by side: each file has a name of its own. Tests in the browser share their
+// modules, so those that one process runs have one browser.
 async function buildTests() {
-  const testsIn = (folder) => readdirSync(folder).filter((name) => name.endsWith('_test.ts')).map((name) => join(folder, name));
+  const testsIn = (folder, without) => readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {
+    const path = join(folder, entry.name);
+    if (entry.isDirectory()) return path === without ? [] : testsIn(path, without);
+    return path.endsWith('_test.ts') ? [{ in: path, out: parse(path).name }] : [];
+  });
   const forNode = {
     ...common,
     outExtension: { '.js': '.mjs' },
@@ -81,11 +86,11 @@ async function buildTests() {
     // Node 18 has no global crypto, which browsers have.
     banner: { js: "import { webcrypto } from 'node:crypto'; globalThis.crypto ??= webcrypto;" },
   };
-  await build({ ...forNode, entryPoints: testsIn('test'), outdir: join(out, 'unit') });
-  await build({ ...forNode, entryPoints: ['viewer_bench', 'decode_bench'].map((name) => `test/e2e/${name}.ts`), outdir: out });
+  await build({ ...forNode, entryPoints: testsIn('test', 'test/e2e'), outdir: join(out, 'unit') });
+  await build({ ...forNode, entryPoints: ['viewer_bench', 'decode_bench'].map((name) => `test/e2e/measures/${name}.ts`), outdir: out });
   await build({
-    ...forNode, entryPoints: [...testsIn('test/e2e'), 'test/e2e/run_files.ts'], outdir: join(out, 'e2e'), splitting: true,
-    chunkNames: 'shared/[hash]',
+    ...forNode, entryPoints: [...testsIn('test/e2e'), { in: 'test/e2e/run_files.ts', out: 'run_files' }], outdir: join(out, 'e2e'),
+    splitting: true, chunkNames: 'shared/[hash]',
   });
   await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, {}, join(out, 'page'));
 }
