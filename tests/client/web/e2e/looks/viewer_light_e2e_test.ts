@@ -13,7 +13,7 @@ import { colourAt, createScene, dropFiles, frames, placeOf } from '../support/vi
 
 const LEAST_CONTRAST = 3; // WCAG 2.2, 1.4.11: graphics that must be told apart
 
-useStage({ context: { viewport: { width: 1000, height: 600 }, colorScheme: 'dark', smooths: true }, begin: async () => {
+useStage({ context: { viewport: { width: 1000, height: 600 }, colorScheme: 'dark' }, begin: async () => {
   await page.addStyleTag({ content: '.hud { display: none }' }); // its figures are of software drawing
   await openTorus(10);
 } });

@@ -13,7 +13,7 @@ import { createScene, dropFiles, frames, segmentsCome } from '../support/viewer_
 const MOST = 1.5; // the contrast of a pixel to the pixels of the surface around it
 const REACH = 2; // pixels around
 
-useStage({ context: { viewport: { width: 800, height: 600 }, colorScheme: 'light', smooths: true } });
+useStage({ context: { viewport: { width: 800, height: 600 }, colorScheme: 'light' } });
 
 /** The specks: pixels whose contrast to each pixel of the surface around them is larger than MOST. `edges`: those at the outline. */
 async function specks(): Promise<{ specks: number; edges: number }> {

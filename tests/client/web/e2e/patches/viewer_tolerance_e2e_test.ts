@@ -21,7 +21,7 @@ const MOST_PIXELS = 0.99;
 const INSIDE = 4; // pixels
 
 useStage({
-  context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark', smooths: true },
+  context: { viewport: { width: 800, height: 600 }, colorScheme: 'dark' },
   begin: async () => {
     await setView({ encoding: 'draco' });
     await dropFiles(page, [['torus.obj', OBJ]]);

@@ -28,13 +28,12 @@ export async function picture(of: Page): Promise<Picture> {
   return { width, height, pixels: Buffer.from(base64, 'base64') };
 }
 
+/** Of each value of 8 bits its linear light, 0 to 1. */
+const LINEAR = Float64Array.from({ length: 256 }, (_, i) => (i / 255 <= 0.04045 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4));
+
 /** The relative luminance of a pixel, 0 to 1 (WCAG 2.2). */
 export function luminance({ pixels }: Picture, pixel: number): number {
-  const [r, g, b] = [0, 1, 2].map((channel) => {
-    const value = pixels[4 * pixel + channel]! / 255;
-    return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
-  });
-  return 0.2126 * r! + 0.7152 * g! + 0.0722 * b!;
+  return 0.2126 * LINEAR[pixels[4 * pixel]!]! + 0.7152 * LINEAR[pixels[4 * pixel + 1]!]! + 0.0722 * LINEAR[pixels[4 * pixel + 2]!]!;
 }
 
 /** The contrast of two luminances, 1 to 21 (WCAG 2.2). */
