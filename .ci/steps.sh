@@ -64,7 +64,7 @@ ci_fresh_run() {
   local status=0 address
   address=$(sed -n 's/^ *in a browser *//p' build/ci/run.txt)
   /usr/bin/python3 tests/support/served_viewer.py "$address" || status=$?
-  CHROMIUM=${CHROMIUM:-$(command -v chromium)} LATTICED_REQUIRE_CHROMIUM=1 \
+  CHROMIUM=${CHROMIUM:-$(command -v chromium-headless-shell || command -v chromium)} LATTICED_REQUIRE_CHROMIUM=1 \
     node tests/support/opened_viewer.mjs "$ci_build/client/web" "$address" || status=$?
   build/ci/tree/dev run --once && return $status
 }

@@ -69,20 +69,28 @@ async function buildWeb() {
   compressFiles(out, 'index.html', 'assets');
 }
 
+// Tests lie in folders, and their bundles side by side: each file has a name of its own. Tests in the browser share their
+// modules, so those that one process runs have one browser.
 async function buildTests() {
-  const testsIn = (folder, to) => readdirSync(folder).filter((name) => name.endsWith('_test.ts'))
-    .map((name) => ({ in: join(folder, name), out: join(to, name.slice(0, -'.ts'.length)) }));
-  await build({
+  const testsIn = (folder, without) => readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {
+    const path = join(folder, entry.name);
+    if (entry.isDirectory()) return path === without ? [] : testsIn(path, without);
+    return path.endsWith('_test.ts') ? [{ in: path, out: parse(path).name }] : [];
+  });
+  const forNode = {
     ...common,
-    entryPoints: [...testsIn('test', 'unit'), ...testsIn('test/e2e', 'e2e'),
-      ...['viewer_bench', 'decode_bench'].map((name) => ({ in: `test/e2e/${name}.ts`, out: name }))],
-    outdir: out,
     outExtension: { '.js': '.mjs' },
     format: 'esm',
     platform: 'node',
     packages: 'external',
     // Node 18 has no global crypto, which browsers have.
     banner: { js: "import { webcrypto } from 'node:crypto'; globalThis.crypto ??= webcrypto;" },
+  };
+  await build({ ...forNode, entryPoints: testsIn('test', 'test/e2e'), outdir: join(out, 'unit') });
+  await build({ ...forNode, entryPoints: ['viewer_bench', 'decode_bench'].map((name) => `test/e2e/measures/${name}.ts`), outdir: out });
+  await build({
+    ...forNode, entryPoints: [...testsIn('test/e2e'), { in: 'test/e2e/run_files.ts', out: 'run_files' }], outdir: join(out, 'e2e'),
+    splitting: true, chunkNames: 'shared/[hash]',
   });
   await buildPage('test/e2e/page', { harness: 'test/e2e/page/harness.ts' }, {}, join(out, 'page'));
 }

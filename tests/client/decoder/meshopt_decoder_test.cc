@@ -3,7 +3,7 @@
 //
 // The decoder of meshopt chunks against the integers that our writer was given, under each instruction set. On damaged
 // streams all instruction sets agree, and nothing is written beside the slice; meshoptimizer's verdict on such streams is
-// compared in tests/client/web/meshopt_test.ts.
+// compared in tests/client/web/decode/meshopt_test.ts.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { existsSync, readdirSync, readFileSync, realpathSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { ServerProcess } from './e2e/server_process';
+import { ServerProcess } from './e2e/support/server_process';
 
 const ROOT = join(realpathSync('src'), '../../..');
 let server: ServerProcess;
