@@ -135,8 +135,7 @@ void SharedPoints::ListOwners(size_t chunk_count) {
   for (const SeamCopy& of : when_attached_) add(of.copy);
   for (const SeamCopy& of : when_detached_) add(of.copy);
   std::ranges::sort(pairs);
-  const auto repeated = std::ranges::unique(pairs);
-  pairs.erase(repeated.begin(), repeated.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   owner_begin_.resize(chunk_count + 1);
   for (const auto& [to, from] : pairs) {
     ++owner_begin_[to + 1];
