@@ -9,7 +9,8 @@ readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test stor
 # are evaluated by the fused one, which runs them too. It also runs Watertight, without its three longest tests. Of the
 # tests of Spanned the two shorter ones run. Of the bits, bounds and streams of tolerances, tests that make edits run.
 readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
-:*ExportMemoryTest.*:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
+:*ExportMemoryTest.*:*OutsideLattices*/cpu_gemm12:*OutsideLattices*/cpu_control_net:*ParallelSums*/cpu_gemm12\
+:*ParallelSums*/cpu_control_net:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
 :*Accuracy*/cpu_spanned_fused:*Watertight*/cpu_spanned_fused:*QuantisedAfterRandomEdits/cpu_fused:*SmoothFloatsAfterRandomEdits/cpu_fused\
 :*StoreKill.*:*StorePowerLoss.*\
 :*Watertight.FewChunksOfManyHaveTheSameBits*:*Spanned.WholeEvaluationsHaveTheBitsOfOneDevice*\
