@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
-#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -118,15 +117,15 @@ absl::StatusOr<std::vector<VertexLattice>> VertexLattices(const ApplyFlags& flag
 
 // x plus what all of them move it.
 DeformedPoint SumAt(std::span<const VertexLattice> lattices, Vec3d x) {
-  constexpr std::array<Vec3d, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const DeformedPoint rest{.position = x};
   const auto at = [x](const VertexLattice& lattice) {
     return EvaluateWorld(lattice.map.continued(), lattice.control_points, x);
   };
   DeformedPoint sum = at(lattices[0]);
   for (const VertexLattice& lattice : lattices.subspan(1)) {
     const DeformedPoint one = at(lattice);
-    sum.position += one.position - x;
-    for (size_t a = 0; a < 3; ++a) sum.jacobian[a] += one.jacobian[a] - kAxes[a];
+    sum.position += one.position - rest.position;
+    for (size_t a = 0; a < 3; ++a) sum.jacobian[a] += one.jacobian[a] - rest.jacobian[a];
   }
   return sum;
 }

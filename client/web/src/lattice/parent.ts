@@ -8,7 +8,7 @@ import type { Lattice } from './lattice';
 import { OutsideMap } from './outside';
 import { coordinates, pointAt, sub } from './vec';
 
-const SNAP = 1e-9; // of an edge: points this close to a face are inside, as on the server
+const SNAP = 2 ** -40; // of an edge: points this close to a face are inside, as kPlaneSnap of the server
 
 /** Whether it moves nothing. */
 export function isAtRest(lattice: Lattice): boolean {

@@ -18,7 +18,7 @@ const HANDLES = 10; // three.js uploads a handle when it is first drawn, which m
 const LATE_TEXTURES = 1; // that of frames without cavities, which are drawn where frames take long
 const SMALL_OBJ = torusObj(3, 3);
 const UPDATES = 5000; // an update may leave 400 bytes of objects
-const WARM_UP = 1500; // updates until V8 takes no more memory
+const WARM_UP = 2500; // updates until V8 takes no more memory: about 40 MB
 const FRAME_MS = 200; // a slow screen: more frames would take longer than all updates
 
 /** The numbers of geometries and textures that three.js has on the GPU, once all that the page shows now has been drawn there. */
@@ -131,7 +131,7 @@ test('5,000 updates of the surface, beside cage, panel and head-up line, leave w
 
   assert.ok(seen.received >= UPDATES && seen.frames > 10 && seen.rate > 0, JSON.stringify(seen));
   const { geometries, textures } = await drawn(); // where frames take long, what the last scene had may go only now
-  assert.ok(geometries <= onGpu.geometries + HANDLES, `${geometries} geometries on the GPU, ${onGpu.geometries} before`);
+  assert.ok(geometries <= onGpu.geometries, `${geometries} geometries on the GPU, ${onGpu.geometries} before`);
   assert.ok(textures <= onGpu.textures, `${textures} textures on the GPU, ${onGpu.textures} before`);
   await show(2, true);
   await followsDefinition(page, SMALL_OBJ);
