@@ -21,9 +21,12 @@ const UPDATES = 5000; // an update may leave 400 bytes of objects
 const WARM_UP = 2500; // updates until V8 takes no more memory: about 40 MB
 const FRAME_MS = 200; // a slow screen: more frames would take longer than all updates
 
-/** The numbers of geometries and textures that three.js has on the GPU, once all that the page shows now has been drawn there. */
+/**
+ * The numbers of geometries and textures that three.js has on the GPU, once all that the page shows now has been drawn there,
+ * also the pictures that smooth its edges.
+ */
 async function drawn(): Promise<{ geometries: number; textures: number }> {
-  await frames(page);
+  await page.waitForFunction(() => window.latticed.viewport.isSmooth);
   return page.evaluate(() => ({ ...window.latticed.viewport.renderer.info.memory }));
 }
 
