@@ -200,6 +200,7 @@ absl::Status Apply(const DragPoints& edit, std::string_view field, EditTarget& t
     status = Write(target, index, target.lattice.control_points[index] + moves.offsets[n], targets);
   }
   target.drag_residual = std::max(target.drag_residual, moves.residual);
+  target.named.clear();  // the moves are images already, also where the points are not
   return status;
 }
 

@@ -152,6 +152,23 @@ TEST_F(ConstraintsTest, AMirroredDragIsTheLeast) {
   EXPECT_NEAR(along, 0, 1e-13);
 }
 
+// Points that were moved before there was a mirror stay where they are but for the drag.
+TEST_F(ConstraintsTest, AMirroredDragReachesItsTargetFromAnyLattice) {
+  ASSERT_TRUE(Do("ann", MoveControlPoints{{21, 25}, {0.1, 0.2, 0.3}}).ok());
+  Constrain({.mirror = 0});
+  const double before = Asymmetry();
+  const Vec3d point{0.3, 0.5, 0.45}, target{0.4, 0.6, 0.5};
+
+  const auto outcome = Do("ann", DragPoints{{point}, {target}});
+
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_LE(outcome->summary.drag_residual, 1e-12);
+  const Lattice& lattice = history_.lattice();
+  const DeformedPoint dragged = EvaluateWorld(lattice.structure, lattice.control_points, point);
+  EXPECT_LE(Norm(dragged.position - target), 1e-12);
+  EXPECT_NEAR(Asymmetry(), before, 1e-12);
+}
+
 TEST_F(ConstraintsTest, ImagesMoveAlongWithTheirPoints) {
   Constrain({.mirror = 0});
   ASSERT_TRUE(Do("ann", MoveControlPoints{{21}, {0.1, 0.2, 0.3}}).ok());
@@ -213,6 +230,20 @@ TEST_F(ConstraintsTest, AnotherLatticeKeepsWhatMeansTheSame) {
                          .volume = volume}));
   ASSERT_TRUE(Do("ann", Undo{}).ok());
   EXPECT_EQ(history_.constraints(), all);
+}
+
+TEST_F(ConstraintsTest, AMirrorMovesNothingWhereOnlyOutsideChanges) {
+  ASSERT_TRUE(Do("ann", MoveControlPoints{{21}, {0.1, 0.2, 0.3}}).ok());
+  Constrain({.mirror = 0});
+  Lattice lattice = history_.lattice();
+  lattice.structure.outside = {
+      .mode = OutsideMode::kFalloff, .widths = {0.3, 0.3}, .steps = {0.15, 0.15}};
+  ASSERT_TRUE(Do("ann", ReplaceLattice{lattice}).ok());
+  EXPECT_EQ(history_.lattice().control_points, lattice.control_points);
+  EXPECT_EQ(history_.constraints().mirror, 0);
+  lattice.control_points[21] += Vec3d{0.1, 0, 0};
+  ASSERT_TRUE(Do("ann", ReplaceLattice{lattice}).ok());
+  EXPECT_LE(Asymmetry(), 1e-15);
 }
 
 TEST_F(ConstraintsTest, InTheSameFrameAReplacementHonoursThem) {

@@ -2,20 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Random sessions that mix several lattices, parallel and turned, with all that a scene can do to them: they come and go, go on
-// outside in other ways, take a part of the deformation, hold points, get knots and degrees; vertices get weights; steps and
-// gestures are undone and redone, and the server restarts on its folder, also within a gesture. After each step:
+// outside in other ways, take a part of the deformation, hold points, mirror them, keep the volume, get knots and degrees;
+// vertices get weights; points of the surface are dragged; moves that fold are refused; steps and gestures are undone and
+// redone, and the server restarts on its folder, also within a gesture. After each step:
 //
 //   lattices        numbers, structures, strengths, held points and control points are the model's, bit by bit; so a refused
 //                   batch changes nothing
 //   points          of the world and of the surface are where the definition in double puts them
+//   folds           are where the definition has them, and nowhere in a certified scene
 //   knots, degrees  keep the shape
+//   a kept volume   is kept to 1e-12 after each edit, and undone with it, bit by bit
 //
 // Now and then all points of the patches, as the backend evaluates them, are compared, too.
 #include <algorithm>
 #include <cstdio>
 #include <vector>
 
-#include "tests/server/lattices/mixed_session.h"
+#include "tests/server/mixed/mixed_session.h"
 
 namespace latticed::testing {
 namespace {
@@ -34,13 +37,15 @@ class MixedSessions : public MixedSession {
     };
     std::vector<Step> deck;
     for (const auto& [step, count] : {Cards{&MixedSessions::MovePoints, 6},
+                                      {&MixedSessions::DragPoints, 3},
                                       {&MixedSessions::MakeGesture, 3},
                                       {&MixedSessions::AddLattice, 4},
                                       {&MixedSessions::RemoveAny, 3},
                                       {&MixedSessions::ChangeOutside, 4},
                                       {&MixedSessions::SetStrength, 4},
                                       {&MixedSessions::SetWeights, 4},
-                                      {&MixedSessions::Hold, 2},
+                                      {&MixedSessions::Constrain, 4},
+                                      {&MixedSessions::KeepVolume, 2},
                                       {&MixedSessions::InsertKnot, 2},
                                       {&MixedSessions::Elevate, 2},
                                       {&MixedSessions::UndoStep, 8},

@@ -3,13 +3,15 @@
 //
 // The random steps of a session.
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "core/ffd/constraints/constraints.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
-#include "tests/server/lattices/mixed_session.h"
+#include "tests/server/mixed/mixed_session.h"
 
 namespace latticed::testing {
 namespace {
@@ -20,6 +22,23 @@ constexpr uint32_t kMostNumbers = 6;
 constexpr double kKeptShape = 1e-12;
 // A fit in the mean square (replace_lattice with keep_shape) solves systems of one axis; those of degree 3 lose 3 digits.
 constexpr double kFitted = 1e-11;
+
+constexpr double kSymmetric = 1e-12;
+
+v1::LatticeAxis AxisOf(int axis) { return static_cast<v1::LatticeAxis>(axis + 1); }
+
+// Whether a lattice may be mirrored along the axis: by its knots, and by what goes on outside.
+bool IsSymmetric(const LatticeStructure& s, int axis) {
+  const auto a = static_cast<size_t>(axis);
+  const std::vector<double>& knots = s.knots[a];
+  const double both = s.domain_begin(axis) + s.domain_end(axis);
+  for (size_t i = 0; i < knots.size(); ++i) {
+    if (std::abs(knots[i] + knots[knots.size() - 1 - i] - both) > kSymmetric) return false;
+  }
+  const auto& [widths, steps] = std::pair(s.outside.widths, s.outside.steps);
+  return widths[2 * a] == widths[2 * a + 1] &&
+         std::abs(steps[2 * a] - steps[2 * a + 1]) <= kSymmetric;
+}
 
 // Every knot once more, for one degree more.
 void RaiseDegree(LatticeStructure& s, size_t axis) {
@@ -35,54 +54,6 @@ void RaiseDegree(LatticeStructure& s, size_t axis) {
 
 }  // namespace
 
-v1::EditBatch MixedSession::RandomMove(uint32_t number, NumberState& next) {
-  std::set<uint32_t> indices;
-  for (int i = Below(3); i >= 0; --i) indices.insert(AnyPoint(number));
-  const Vec3d offset{Number(-0.1, 0.1), Number(-0.1, 0.1), Number(-0.1, 0.1)};
-  v1::EditBatch batch = Batch(number);
-  auto& move = *batch.add_edits()->mutable_move_control_points();
-  move.mutable_indices()->Add(indices.begin(), indices.end());
-  *move.mutable_offset() = ToVec3(offset);
-  for (const uint32_t i : indices) {
-    if (std::ranges::binary_search(next.held, i)) continue;
-    next.lattice.control_points[i] += offset;
-  }
-  return batch;
-}
-
-void MixedSession::MovePoints() {
-  const uint32_t number = AnyPresent();
-  NumberState next = model_.Now(number);
-  const v1::EditBatch batch = RandomMove(number, next);
-  Send(batch, "moves", std::move(next), /*is_structural=*/false);
-}
-
-// Each update is of the lattice at the begin. All are one step, or none if it is cancelled.
-void MixedSession::MakeGesture() {
-  const uint32_t number = AnyPresent();
-  const NumberState begin = model_.Now(number);
-  const std::string id = fmt::format("gesture {}", sequence_);
-  NumberState next;
-  for (int update = Below(3); update >= 0; --update) {
-    next = begin;
-    v1::EditBatch batch = RandomMove(number, next);
-    batch.set_gesture_id(id);
-    ASSERT_OK(Apply(batch));
-    if (Below(6) == 0) RestartServer();
-  }
-  const bool is_cancelled = Below(3) == 0;
-  v1::EditBatch end = Batch(number);
-  end.set_gesture_id(id);
-  end.set_gesture_phase(is_cancelled ? v1::GESTURE_PHASE_CANCEL : v1::GESTURE_PHASE_COMMIT);
-  ASSERT_OK(Apply(end));
-  if (is_cancelled) {
-    model_.ForgetUndone(number);  // by its first update
-    ++counts_["gestures cancelled"];
-  } else {
-    TakeOver(number, "gestures", std::move(next), /*is_structural=*/false);
-  }
-}
-
 void MixedSession::AddLattice() {
   std::vector<uint32_t> free;
   for (uint32_t n = 0; n <= model_.count() && n < kMostNumbers; ++n) {
@@ -95,6 +66,7 @@ void MixedSession::AddLattice() {
   NumberState next{.present = true,
                    .lattice = DrawLattice(static_cast<Kind>(Below(3)), turn),
                    .held = {},
+                   .mirror = {},
                    .weights = number == 0 ? model_.weights() : CubeWeights()};
   const v1::EditBatch batch = Put(number, ToProto(next.lattice));
   Send(batch, turn == 0 ? "additions" : "additions of turned ones", std::move(next));
@@ -116,6 +88,9 @@ void MixedSession::ChangeOutside() {
   const uint32_t number = AnyPresent();
   NumberState next = model_.Now(number);
   next.lattice.structure.outside = DrawOutside(next.lattice.structure);
+  if (next.mirror.has_value() && !IsSymmetric(next.lattice.structure, *next.mirror)) {
+    next.mirror.reset();
+  }
   const v1::EditBatch batch = Put(number, ToProto(next.lattice));
   Send(batch, "changes of outside", std::move(next));
 }
@@ -153,15 +128,21 @@ void MixedSession::SetWeights() {
   Send(batch, "weights", std::move(next), /*is_structural=*/false);
 }
 
-void MixedSession::Hold() {
+void MixedSession::Constrain() {
   const uint32_t number = AnyPresent();
   NumberState next = model_.Now(number);
-  const std::set<uint32_t> held{AnyPoint(number), AnyPoint(number), AnyPoint(number)};
+  std::set<uint32_t> held;
+  for (int i = Below(4); i > 0; --i) held.insert(AnyPoint(number));
   next.held.assign(held.begin(), held.end());
+  next.mirror.reset();
+  const int axis = Below(3);
+  if (Below(2) == 0 && IsSymmetric(next.lattice.structure, axis)) next.mirror = axis;
   v1::EditBatch batch = Batch(number);
-  batch.add_edits()->mutable_set_constraints()->mutable_constraints()->mutable_held()->Add(
-      held.begin(), held.end());
-  Send(batch, "held points", std::move(next), /*is_structural=*/false);
+  auto& constraints = *batch.add_edits()->mutable_set_constraints();
+  constraints.mutable_constraints()->mutable_held()->Add(held.begin(), held.end());
+  if (next.mirror.has_value()) constraints.mutable_constraints()->set_mirror(AxisOf(axis));
+  const std::string what = next.mirror.has_value() ? "mirrors" : "held points";
+  Send(batch, what, std::move(next), /*is_structural=*/false);
 }
 
 void MixedSession::InsertKnot() {
@@ -174,10 +155,16 @@ void MixedSession::InsertKnot() {
   const double knot = (1 - part) * s.domain_begin(a) + part * s.domain_end(a);
   v1::EditBatch batch = Batch(number);
   auto& insert = *batch.add_edits()->mutable_insert_knot();
-  insert.set_axis(static_cast<v1::LatticeAxis>(a + 1));
+  insert.set_axis(AxisOf(a));
   insert.set_value(knot);
-  s.knots[axis].insert(std::ranges::upper_bound(s.knots[axis], knot), knot);
-  ++s.size[axis];
+  std::vector<double> knots{knot};
+  if (next.mirror == a) {
+    if (const auto other = MirroredKnot(s, a, knot)) knots.push_back(*other);
+  }
+  for (const double value : knots) {
+    s.knots[axis].insert(std::ranges::upper_bound(s.knots[axis], value), value);
+    ++s.size[axis];
+  }
   SendRefined(batch, "knots", std::move(next), -0.5, 1.5, kKeptShape);
 }
 

@@ -5,16 +5,18 @@
 // the weights of the vertices, and the deformation by its definition in double (tests/support/lattice_definition.h).
 //
 //   x -> x + w(x) sum_k s_k (F_k(x) - x)        w: 1 for points of the world
+//   J  = I + w sum_k s_k (J_k - I) + (sum_k s_k (F_k(x) - x)) grad(w)^T
 //
 // Threads  one at a time
-#ifndef LATTICED_TESTS_SERVER_LATTICES_MIXED_MODEL_H_
-#define LATTICED_TESTS_SERVER_LATTICES_MIXED_MODEL_H_
+#ifndef LATTICED_TESTS_SERVER_MIXED_MIXED_MODEL_H_
+#define LATTICED_TESTS_SERVER_MIXED_MIXED_MODEL_H_
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <string>
+#include <set>
+#include <span>
 #include <vector>
 
 #include "core/ffd/lattice.h"
@@ -45,7 +47,23 @@ struct NumberState {
   Lattice lattice;
   double strength = 1;
   std::vector<uint32_t> held;  // control points, ascending
+  std::optional<int> mirror;   // the axis along which control points are mirror images
   CubeWeights weights;         // of number 0 alone, also where its lattice is not there
+};
+
+// Whether the control point or its mirror image is held.
+[[nodiscard]] bool IsHeld(const NumberState& state, uint32_t point);
+// Moves those of the points that are not held, and takes their mirror images along. Where both images are named, they go
+// half-way to each other's images.
+void MoveAllowed(NumberState& state, const std::set<uint32_t>& points, Vec3d offset);
+// The direction across the plane of the mirror, of length 1. There must be one.
+[[nodiscard]] Vec3d MirrorNormal(const NumberState& state);
+
+// A point of the cube's surface.
+struct CubePlace {
+  size_t triangle = 0;
+  std::array<double, 3> barycentrics{};
+  Vec3d rest;
 };
 
 class MixedModel {
@@ -72,12 +90,15 @@ class MixedModel {
 
   // The lattices as they are now.
   [[nodiscard]] std::vector<LatticeDefinition> Definitions() const;
-  // The weight at a point of a triangle of the cube.
-  [[nodiscard]] double WeightAt(size_t triangle, const std::array<double, 3>& barycentrics) const;
-  // The same at a point of the cube's surface.
-  [[nodiscard]] double WeightAt(Vec3d rest) const;
+  [[nodiscard]] double WeightAt(const CubePlace& place) const;
+  // Where `lattices`, those of Definitions(), put it. `within`: as in LatticeDefinition. The Jacobian is that of a map of
+  // space in which the weight changes in the triangle's plane alone.
+  [[nodiscard]] DeformedPoint SurfaceAt(std::span<const LatticeDefinition> lattices,
+                                        const CubePlace& place, Vec3d within) const;
 
  private:
+  [[nodiscard]] Vec3d WeightGradient(size_t triangle) const;
+
   struct History {
     NumberState now;
     std::vector<NumberState> done, undone;
@@ -85,6 +106,11 @@ class MixedModel {
   std::map<uint32_t, History> numbers_;
 };
 
+// The place of the surface at or next to `rest`; among several triangles of one plane the one that it is deepest in.
+[[nodiscard]] CubePlace PlaceAt(Vec3d rest);
+// The triangles that have the point, to within 1e-9.
+[[nodiscard]] std::vector<CubePlace> PlacesAt(Vec3d rest);
+
 }  // namespace latticed::testing
 
-#endif  // LATTICED_TESTS_SERVER_LATTICES_MIXED_MODEL_H_
+#endif  // LATTICED_TESTS_SERVER_MIXED_MIXED_MODEL_H_

@@ -1,17 +1,15 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/server/lattices/mixed_session.h"
+#include "tests/server/mixed/mixed_session.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
 #include "core/ffd/outside/outside_rules.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
-#include "tests/support/definition.h"
 #include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
@@ -20,11 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr uint32_t kMixedSeed = 26'000;
-constexpr int kPointsCompared = 20;
-// Sizes are up to 10, and each of a few lattices keeps 1e-14 of its own (core/ffd/outside/README.md, core/ffd/sum/README.md).
-constexpr double kCloseTo = 1e-12;
 constexpr char kTooLarge[] = "lattices: their sum has";
-constexpr char kAtRest[] = "rest-scene";
 
 std::string CubeOfTriangles() {
   std::string obj;
@@ -52,6 +46,8 @@ bool ContainsCube(const LatticeStructure& s) {
   });
 }
 
+}  // namespace
+
 std::vector<uint32_t> HeldBy(const v1::LatticeState& state) {
   const auto& held = state.constraints().held();
   std::vector<uint32_t> points(held.begin(), held.end());
@@ -59,13 +55,17 @@ std::vector<uint32_t> HeldBy(const v1::LatticeState& state) {
   return points;
 }
 
+std::optional<int> MirrorOf(const v1::LatticeState& state) {
+  const v1::LatticeAxis axis = state.constraints().mirror();
+  if (axis == v1::LATTICE_AXIS_UNSPECIFIED) return std::nullopt;
+  return static_cast<int>(axis) - 1;
+}
+
 Lattice LatticeOf(const v1::LatticeState& state) {
   const auto lattice = FromProto(state.lattice(), "");
   EXPECT_OK(lattice);
   return lattice.ok() ? *lattice : Lattice();
 }
-
-}  // namespace
 
 void MixedSession::SetUp() {
   const char* const given = std::getenv("LATTICED_SEED");
@@ -79,8 +79,11 @@ void MixedSession::SetUp() {
   std::vector<v1::Lattice> lattices;
   for (const auto& [kind, turn] :
        {std::pair{Kind::kWhole, 0.0}, {Kind::kSpot, 0.0}, {Kind::kHalf, 0.5}}) {
-    NumberState state{
-        .present = true, .lattice = DrawLattice(kind, turn), .held = {}, .weights = {}};
+    NumberState state{.present = true,
+                      .lattice = DrawLattice(kind, turn),
+                      .held = {},
+                      .mirror = {},
+                      .weights = {}};
     lattices.push_back(ToProto(state.lattice));
     model_.Begin(static_cast<uint32_t>(lattices.size()) - 1, std::move(state));
   }
@@ -108,7 +111,11 @@ Outside MixedSession::DrawOutside(const LatticeStructure& structure) {
                .widths = {},
                .steps = {}};
   if (!is_line) {
-    for (double& width : s.outside.widths) width = Number(0.15, 0.6);
+    const bool is_symmetric = Below(2) == 0;
+    for (size_t side = 0; side < 6; ++side) {
+      s.outside.widths[side] =
+          is_symmetric && side % 2 == 1 ? s.outside.widths[side - 1] : Number(0.15, 0.6);
+    }
   }
   return ResolvedOutside(s, kCubeVertices);
 }
@@ -137,23 +144,41 @@ void MixedSession::TakeOver(uint32_t number, const std::string& what, NumberStat
     const v1::LatticeState state = LatticeAt(number);
     const std::vector<Vec3d> points = LatticeOf(state).control_points;
     std::vector<Vec3d>& wanted = next.lattice.control_points;
-    if (wanted.empty()) wanted = points;
+    if (wanted.empty() || keeps_volume(number)) wanted = points;
     EXPECT_EQ(points.size(), wanted.size()) << what;
     for (size_t i = 0; i < std::min(points.size(), wanted.size()); ++i) {
       EXPECT_LE(Norm(points[i] - wanted[i]), kCloseTo) << what << ' ' << i;
     }
     wanted = points;
     if (is_structural) next.held = HeldBy(state);
+    if (!is_structural) ExpectHeld(number, points);
   }
   model_.Do(number, std::move(next));
+  if (kept_.has_value()) Follow(number);
+}
+
+void MixedSession::ExpectHeld(uint32_t number, std::span<const Vec3d> points) {
+  const NumberState& before = model_.Now(number);
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    if (!IsHeld(before, i)) continue;
+    EXPECT_EQ(points[i], before.lattice.control_points[i]) << number << ", held " << i;
+  }
 }
 
 bool MixedSession::Send(const v1::EditBatch& batch, const std::string& what, NumberState next,
                         bool is_structural) {
-  const absl::Status status = Apply(batch);
+  v1::EditResult result;
+  const absl::Status status = Apply(batch, &result);
+  residual_ = result.drag_residual();
   if (status.ok()) {
     TakeOver(batch.lattice(), what, std::move(next), is_structural);
     return true;
+  }
+  const std::string reason = Reason(status);
+  if ((batch.refuse_folds() && reason == "FOLD") ||
+      (kept_.has_value() && reason == "VOLUME_NOT_KEPT")) {
+    ++counts_[what + ", refused: " + reason];
+    return false;
   }
   EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr(kTooLarge))) << what;
   ++counts_[what + ", refused for too large a sum"];
@@ -179,106 +204,6 @@ void MixedSession::SendRefined(const v1::EditBatch& batch, const std::string& wh
     const Vec3d x = map.ToWorld(parameter);
     ASSERT_LE(Norm(SumAt(new_one, x, x).position - SumAt(old_one, x, x).position), most) << what;
   }
-}
-
-void MixedSession::ExpectModel() {
-  ASSERT_EQ(Numbers(), model_.Present());
-  EXPECT_EQ(Get().weighted(), model_.weights().has_value());
-  for (const uint32_t number : model_.Present()) {
-    SCOPED_TRACE(fmt::format("lattice {}", number));
-    const NumberState& model = model_.Now(number);
-    const v1::LatticeState state = LatticeAt(number);
-    const latticed::Lattice lattice = LatticeOf(state);
-    EXPECT_EQ(lattice.structure, model.lattice.structure);
-    EXPECT_EQ(lattice.control_points, model.lattice.control_points);
-    EXPECT_EQ(state.has_strength() ? state.strength() : 1, model.strength);
-    EXPECT_EQ(HeldBy(state), model.held);
-  }
-  const std::vector<LatticeDefinition> lattices = model_.Definitions();
-  // Within the cube: further out a lattice that ends would end the sum.
-  const std::vector<Vec3d> world = SomePoints(kPointsCompared);
-  const std::vector<Vec3d> moved = Evaluate(world);
-  for (size_t n = 0; n < world.size(); ++n) {
-    ASSERT_LE(Norm(moved[n] - SumAt(lattices, world[n], world[n]).position), kCloseTo) << n;
-  }
-  ExpectSurfacePoints(lattices);
-}
-
-void MixedSession::ExpectSurfacePoints(std::span<const LatticeDefinition> lattices) {
-  auto request = For<v1::EvaluatePointsRequest>();
-  std::vector<Vec3d> wanted;
-  for (int n = 0; n < kPointsCompared; ++n) {
-    const auto triangle = static_cast<uint32_t>(Below(static_cast<int>(kCubeTriangles.size())));
-    const double a = Number(0, 1), b = Number(0, 1 - a);
-    const std::array<double, 3> at{a, b, 1 - a - b};
-    v1::SurfacePoint& point = *request.mutable_surface_points()->add_points();
-    point.set_face(triangle);
-    Vec3d x;
-    for (uint32_t c = 0; c < 3; ++c) {
-      point.add_corners(3 * triangle + c);
-      point.add_barycentrics(at[c]);
-      x += at[c] * kCubeVertices[kCubeTriangles[triangle][c]];
-    }
-    wanted.push_back(x + model_.WeightAt(triangle, at) * (SumAt(lattices, x, x).position - x));
-  }
-  v1::EvaluatePointsResponse response;
-  ASSERT_OK(Call(&Scenes::EvaluatePoints, request, &response));
-  ASSERT_EQ(static_cast<size_t>(response.positions_size()), 3 * wanted.size());
-  for (int n = 0; n < kPointsCompared; ++n) {
-    const Vec3d got{response.positions(3 * n), response.positions(3 * n + 1),
-                    response.positions(3 * n + 2)};
-    ASSERT_LE(Norm(got - wanted[static_cast<size_t>(n)]), kCloseTo) << n;
-  }
-}
-
-// A scene of the same lattices at rest has the same patches.
-void MixedSession::ExpectSurface() {
-  std::vector<v1::Lattice> lattices;
-  for (const uint32_t number : model_.Present()) {
-    lattices.push_back(ToProto(model_.Now(number).lattice.structure, {}));
-  }
-  v1::CreateSceneRequest request = RequestOf(lattices, kAtRest);
-  if (model_.weights().has_value()) {
-    request.mutable_weights()->set_values(BytesOfWeights(*model_.weights()));
-  }
-  ASSERT_OK(Create(request));
-  const std::vector<Vec3d> rest = PointsOfPatches(kAtRest), moved = PointsOfPatches(kScene);
-  ASSERT_OK(DeleteScene(kAtRest));
-  ASSERT_EQ(rest.size(), moved.size());
-  const std::vector<LatticeDefinition> definitions = model_.Definitions();
-  Bounds bounds;
-  double most = 0;
-  for (size_t n = 0; n < rest.size(); ++n) {
-    const Vec3d x = rest[n];
-    const Vec3d wanted = x + model_.WeightAt(x) * (SumAt(definitions, x, x).position - x);
-    bounds.Extend(wanted);
-    most = std::max(most, Norm(moved[n] - wanted));
-  }
-  // The D of this tolerance is no less, and rounding of the points at rest is a tenth of it.
-  EXPECT_LE(most, kGemmPosition * bounds.diagonal());
-  ++counts_["surfaces compared"];
-}
-
-std::vector<Vec3d> MixedSession::PointsOfPatches(const std::string& scene) {
-  auto request = For<v1::GetUpdateRequest>(scene);
-  request.mutable_view()->set_encoding(v1::ENCODING_RAW);
-  request.mutable_view()->set_normals(v1::NORMAL_MODE_NONE);
-  request.mutable_view()->set_segments(2);
-  EventLog log;
-  EXPECT_OK(Update(request, log));
-  EXPECT_EQ(log.quantisations.size(), 1u);
-  const v1::Vec3& origin = log.quantisations.back().origin();
-  const Vec3d local_origin{origin.x(), origin.y(), origin.z()};
-  std::vector<Vec3d> points;
-  for (const auto& [index, bytes] : log.chunks) {
-    for (size_t at = 0; at < bytes.size(); at += sizeof(Vec3f)) {
-      Vec3f p;
-      std::memcpy(&p, &bytes[at], sizeof(p));
-      points.push_back(local_origin + ToDouble(p));
-    }
-  }
-  EXPECT_FALSE(points.empty());
-  return points;
 }
 
 }  // namespace latticed::testing
