@@ -48,6 +48,8 @@ expect_violation server/web/bad.cc "$licence
 expect_violation server/unlicensed.h '#pragma once'
 expect_violation core/mesh/long.cc "$licence
 $(seq -f '// %g' 400)"
+expect_violation client/web/src/long.ts "$licence
+$(seq -f '// %g' 400)"
 
 if bash "$root/tests/layering_test/layering_test.sh" "$copy" >"$copy/out.txt"; then
   echo "nothing is noticed"

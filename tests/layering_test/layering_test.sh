@@ -152,7 +152,7 @@ check_include() {  # FILE LAYER HEADER QUOTED
 
 mapfile -t files < <(find core cuda server client tests proto dev .ci -name node_modules -prune -o -type f \
   \( -name '*.cc' -o -name '*.h' -o -name '*.cu' -o -name '*.cuh' -o -name '*.proto' -o -name '*.py' \
-  -o -name '*.js' -o -name '*.mjs' -o -name '*.sh' -o -name dev -o -name run \) -print | sort)
+  -o -name '*.js' -o -name '*.mjs' -o -name '*.ts' -o -name '*.sh' -o -name dev -o -name run \) -print | sort)
 ((${#files[@]} > 20)) || fail "only ${#files[@]} sources found under $1"
 
 while read -r count file; do

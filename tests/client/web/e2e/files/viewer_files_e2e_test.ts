@@ -5,8 +5,7 @@
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { createHash } from 'node:crypto';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
@@ -14,14 +13,13 @@ import type { Page } from 'playwright-core';
 import { latticeToJson } from '@src/wire/lattice_json';
 import { distance, sub } from '@src/lattice/vec';
 import { openPage } from '../support/browser';
-import { followsDefinition } from '../support/definition';
 import { sheetObj } from '../support/sheet';
-import { allPoints, browser, errors, page, press, select, server, setView, shot, until, useStage } from '../support/stage';
-import { camera, controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, onScreen, saved } from '../support/viewer_page';
+import { browser, errors, page, press, select, server, shot, useStage } from '../support/stage';
+import { TOKENS, tokenOptions } from '../support/tokens';
+import { controlPoint, createScene, dropFiles, latticeIn, live, meshUploaded, saved } from '../support/viewer_page';
 
 /** A PNG file of one grey pixel. */
 const DOT = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mNoAAAAggCB2kUIOwAAAABJRU5ErkJggg==', 'base64');
-const TOKENS = { edit: 'let-me-edit', read: 'let-me-look' } as const;
 
 const folder = mkdtempSync(join(tmpdir(), 'latticed-viewer-'));
 let draco: { bytes: Buffer; faces: number };
@@ -32,14 +30,6 @@ async function choose(files: readonly (readonly [name: string, content: string |
   await chooser.setFiles(files.map(([name, content]) => ({ name, mimeType: '', buffer: Buffer.from(content) })));
 }
 
-/** Presses at a place, moves up and releases. */
-async function dragUp(of: Page, [x, y]: readonly [number, number]): Promise<void> {
-  await of.mouse.move(x, y);
-  await of.mouse.down();
-  await of.mouse.move(x, y - 40, { steps: 4 });
-  await of.mouse.up();
-}
-
 /** Downloads a format of the open export dialog. */
 async function exported(format: string): Promise<{ name: string; bytes: Buffer }> {
   const [download] = await Promise.all([
@@ -48,19 +38,18 @@ async function exported(format: string): Promise<{ name: string; bytes: Buffer }
   return { name: download.suggestedFilename(), bytes: await saved(download) };
 }
 
-writeFileSync(join(folder, 'tokens'), Object.entries(TOKENS)
-  .map(([role, token]) => `${createHash('sha256').update(token).digest('hex')} ${role} ${role}`).join('\n'));
 const [certificate, key] = [join(folder, 'server.crt'), join(folder, 'server.key')];
 execFileSync('openssl', [
   'req', '-x509', '-newkey', 'rsa:2048', '-nodes', '-days', '2', '-subj', '/CN=127.0.0.1',
   '-addext', 'subjectAltName=IP:127.0.0.1', '-keyout', key, '-out', certificate], { stdio: 'ignore' });
+
 /** So little memory as below does not hold encoders for patches of many sizes. */
 function bySegments(of: Page): Promise<void> {
   return of.evaluate(() => window.latticed.settings.set({ detail: 'segments' }));
 }
 
 useStage({
-  serverOptions: ['--token-file', join(folder, 'tokens'), '--tls-cert', certificate, '--tls-key', key,
+  serverOptions: [...tokenOptions(folder), '--tls-cert', certificate, '--tls-key', key,
     '--memory', '24MiB', '--max-mesh-bytes', '1MiB', '--caller-share', '1'],
   address: () => `${server.origin}/#token=${TOKENS.edit}`,
   begin: async () => {
@@ -69,15 +58,6 @@ useStage({
   },
 });
 after(() => rmSync(folder, { recursive: true }));
-
-test('without a token the page says that one is wanted', async () => {
-  const { page: stranger } = await openPage(browser, server.origin);
-
-  await stranger.locator('[data-sample=slab]').click();
-
-  await stranger.locator('.fit .error').getByText('The server needs a token').waitFor();
-  await stranger.close();
-});
 
 test('what is too large for the server is refused in words: how much it is, and how much there is', async () => {
   await dropFiles(page, [['large.obj', '#'.repeat(1_200_000)]]);
@@ -387,97 +367,6 @@ test('of two scenes the one that was asked for last is shown, also where the oth
   }
   assert.deepEqual(freshErrors, []);
   await fresh.close();
-});
-
-const TETRAHEDRON = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n';
-
-test('a browser without SIMD decodes by draco3d', async () => {
-  const { page: old } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
-  // To such a browser the module is as invalid as this one.
-  await old.route('**/decoder-*.wasm', (route) => route.fulfill({ body: Buffer.from('\0asm\x01\0\0\0\xff', 'latin1') }));
-  const loaded = old.waitForResponse('**/draco_decoder-*.wasm');
-  await dropFiles(old, [['tetrahedron.obj', TETRAHEDRON]]);
-  await setView({ encoding: 'draco', segments: 4 }, old);
-  await createScene(old);
-  await live(old);
-
-  assert.ok((await loaded).ok());
-  await old.waitForFunction(() => (window.latticed.scene!.session.surface.grid?.positionBits ?? 0) > 0);
-  await followsDefinition(old, TETRAHEDRON);
-  await old.close();
-});
-
-test('a decoder that cannot be fetched is said, and fetched with the next scene; its name is in the title and on the start page', async () => {
-  const { page: fresh } = await openPage(browser, `${server.origin}/#token=${TOKENS.edit}`);
-  await fresh.route('**/decoder-*.wasm', (route) => route.abort());
-  await dropFiles(fresh, [['tetrahedron.stl', tetrahedronStl()]]);
-  await meshUploaded(fresh);
-  await fresh.getByRole('button', { name: 'Create scene' }).click();
-  await fresh.locator('.fit .error').getByText(/^decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
-  await fresh.unrouteAll({ behavior: 'wait' });
-  // A newer server has files with other hashes in their names.
-  await fresh.route('**/decoder-*.wasm', (route) => route.fulfill({ status: 404 }));
-  await fresh.getByRole('button', { name: 'Create scene' }).click();
-  await fresh.locator('.fit .error').getByText('The server has been updated: reload the page.').waitFor();
-  await fresh.unrouteAll({ behavior: 'wait' });
-
-  await createScene(fresh);
-
-  await live(fresh);
-  const id = await fresh.evaluate(() => window.latticed.scene!.session.sceneId);
-  assert.equal(await fresh.title(), 'tetrahedron · latticed');
-  await fresh.goto(`${server.origin}/#token=${TOKENS.edit}`);
-  await fresh.getByRole('group', { name: 'Recent scenes' }).getByRole('button', { name: 'tetrahedron' }).click();
-  await live(fresh);
-  assert.equal(await fresh.evaluate(() => window.latticed.scene!.session.sceneId), id);
-  assert.equal(await fresh.locator('.scene-name').textContent(), 'tetrahedron');
-  await fresh.close();
-});
-
-test('a link to a scene that is not there is said on the page', async () => {
-  const { page: lost } = await openPage(browser, `${server.origin}/?scene=0123456789abcdef0123456789abcdef#token=${TOKENS.edit}`);
-
-  await lost.locator('.toast-error').getByText(/^The scene 0123456789abcdef0123456789abcdef could not be opened\. /).waitFor();
-  await shot('viewer_no_scene', lost);
-  assert.ok(await lost.getByRole('button', { name: 'Open a mesh' }).isVisible());
-  await lost.close();
-});
-
-test('a token that may only look sees the scene, cannot edit and is told so; of the heat map it is told what that asks', async () => {
-  const { page: looker } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
-  await live(looker);
-  const before = await allPoints(looker);
-  const said = 'The token of this page only allows to watch this scene, not to edit it';
-  await looker.locator('.hint').getByText(said).waitFor();
-
-  for (const key of ['a', 'g', 'z', '1', 'Enter', 'k', 'Control+z']) await looker.keyboard.press(key);
-  await dragUp(looker, await onScreen(looker, 63)); // an orbit, or nothing
-  assert.deepEqual(await allPoints(looker), before);
-  assert.equal(await looker.locator('.toast, dialog[open]').count(), 0);
-  assert.ok(await looker.getByRole('toolbar', { name: 'Tools' }).getByRole('button', { name: /^Undo/ }).isDisabled());
-  await dropFiles(looker, [['lattice.json', '{}']]);
-  await looker.locator('.toast-error').getByText('The token of this page only allows to watch the scene.').waitFor();
-  await looker.keyboard.press('n'); // opens the panel
-  await looker.getByLabel('Colour', { exact: true }).selectOption('displacement');
-
-  const words = 'Displacement, knot boxes and rest shape cannot be shown. ' +
-    'The token of this page does not allow that: it needs the role "edit".';
-  await looker.locator('.toast-error').getByText(words).waitFor();
-  await looker.close();
-});
-
-test('a token that may only look suffices to follow somebody, who sees no dot for it', async () => {
-  const { page: looker, errors: lookerErrors } = await openPage(browser, `${server.origin}/${new URL(page.url()).search}#token=${TOKENS.read}`);
-  await live(looker);
-  await looker.locator('.person:enabled').click();
-  for (const key of ['7', '3']) {
-    await page.keyboard.press(key);
-    const { position } = await camera(page);
-    await until(async () => distance((await camera(looker)).position, position) < 1e-3);
-  }
-  assert.equal(await page.locator('.person').count(), 0);
-  assert.deepEqual(lookerErrors, []);
-  await looker.close();
 });
 
 test('a download that fails is said in the dialog', async () => {

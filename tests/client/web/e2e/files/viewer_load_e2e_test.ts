@@ -1,16 +1,20 @@
 // SPDX-FileCopyrightText: The latticed authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What Chromium loads for the viewer: bytes in a first visit, and in the next one; answers of the server for a scene.
+// What Chromium loads for the viewer: bytes in a first visit, and in the next one; answers of the server for a scene; decoders.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { MeshFormat } from 'latticed/v1/mesh_pb';
 import type { BrowserContext, Page } from 'playwright-core';
 import { uploadMesh } from '@src/wire/upload';
-import { browser, direct, OBJ, openTorus, page, server, until, useStage } from '../support/stage';
+import { openPage } from '../support/browser';
+import { followsDefinition } from '../support/definition';
+import { browser, direct, OBJ, openTorus, page, server, setView, until, useStage } from '../support/stage';
+import { createScene, dropFiles, live, meshUploaded } from '../support/viewer_page';
 
 const SCENE = 'a-scene-to-load';
+const TETRAHEDRON = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n';
 const MOST_BYTES = 400_000; // 1,344,514 as they are, 309,000 in Brotli
 
 interface LoadedFile {
@@ -82,4 +86,47 @@ test('a scene of a dropped mesh is described once, and its mesh not again', asyn
   const count = (name: string): number => asked.filter((each) => each === name).length;
   // One scene is the fit preview's.
   assert.deepEqual([count('CreateScene'), count('GetScene'), count('GetMesh')], [2, 1, 0], `${asked}`);
+});
+
+test('a browser without SIMD decodes by draco3d', async () => {
+  const { page: old } = await openPage(browser, server.origin);
+  // To such a browser the module is as invalid as this one.
+  await old.route('**/decoder-*.wasm', (route) => route.fulfill({ body: Buffer.from('\0asm\x01\0\0\0\xff', 'latin1') }));
+  const loaded = old.waitForResponse('**/draco_decoder-*.wasm');
+  await dropFiles(old, [['tetrahedron.obj', TETRAHEDRON]]);
+  await setView({ encoding: 'draco', segments: 4 }, old);
+  await createScene(old);
+  await live(old);
+
+  assert.ok((await loaded).ok());
+  await old.waitForFunction(() => (window.latticed.scene!.session.surface.grid?.positionBits ?? 0) > 0);
+  await followsDefinition(old, TETRAHEDRON);
+  await old.close();
+});
+
+test('a decoder that cannot be fetched is said, and fetched with the next scene; its name is in the title and on the start page', async () => {
+  const { page: fresh } = await openPage(browser, server.origin);
+  await fresh.route('**/decoder-*.wasm', (route) => route.abort());
+  await dropFiles(fresh, [['tetrahedron.obj', TETRAHEDRON]]);
+  await meshUploaded(fresh);
+  await fresh.getByRole('button', { name: 'Create scene' }).click();
+  await fresh.locator('.fit .error').getByText(/^decoder-\w+\.wasm cannot be fetched: no answer\.$/).waitFor();
+  await fresh.unrouteAll({ behavior: 'wait' });
+  // A newer server has files with other hashes in their names.
+  await fresh.route('**/decoder-*.wasm', (route) => route.fulfill({ status: 404 }));
+  await fresh.getByRole('button', { name: 'Create scene' }).click();
+  await fresh.locator('.fit .error').getByText('The server has been updated: reload the page.').waitFor();
+  await fresh.unrouteAll({ behavior: 'wait' });
+
+  await createScene(fresh);
+
+  await live(fresh);
+  const id = await fresh.evaluate(() => window.latticed.scene!.session.sceneId);
+  assert.equal(await fresh.title(), 'tetrahedron · latticed');
+  await fresh.goto(server.origin);
+  await fresh.getByRole('group', { name: 'Recent scenes' }).getByRole('button', { name: 'tetrahedron' }).click();
+  await live(fresh);
+  assert.equal(await fresh.evaluate(() => window.latticed.scene!.session.sceneId), id);
+  assert.equal(await fresh.locator('.scene-name').textContent(), 'tetrahedron');
+  await fresh.close();
 });
