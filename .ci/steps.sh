@@ -8,6 +8,7 @@ readonly tsan_targets=(scene_engine_test engine_rooms_test model_based_test stor
 # All pipelines of the CPU run the suite View. The GEMM ones share code, so one of them runs the accuracy tests. Spans
 # are evaluated by the fused one, which runs them too. It also runs Watertight, without its three longest tests. Of the
 # tests of Spanned the two shorter ones run. Of the bits, bounds and streams of tolerances, tests that make edits run.
+# Half of the mixed sessions run.
 readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand*:*Keeps64MiB*:*BitsAndShapesTogether*\
 :*ExportMemoryTest.*:*OutsideLattices*/cpu_gemm12:*OutsideLattices*/cpu_control_net:*ParallelSums*/cpu_gemm12\
 :*ParallelSums*/cpu_control_net:*Watertight*/cpu_gemm*:*Watertight*/cpu_control_net:*Accuracy*/cpu_gemm12\
@@ -15,6 +16,7 @@ readonly unsanitized="*RealMesh*:*ThousandEdits*:*LargeLattice*:*HundredThousand
 :*StoreKill.*:*StorePowerLoss.*\
 :*Watertight.FewChunksOfManyHaveTheSameBits*:*Spanned.WholeEvaluationsHaveTheBitsOfOneDevice*\
 :*DevicesDoNotChangeABitOfAWholeEvaluation*:*EdgeBounds.AfterAnyEdits*/cpu_spanned_fused:*ToleranceEncoding.StreamsAreThose*\
+:*MixedSessions*/1:*MixedSessions*/3:*MixedSessions*/5:*MixedSessions*/7\
 :*TablesOfManyBoxesWouldTakeTooMuchMemory:*CertificatesEndWhereFoldsBegin:*TurnedFolds.ReportsAgreeWithSamplesOfTheDefinition\
 :TurnedVolume.NoCertificateIsWrong*:MeasuresByPatches.HaveTheSameBitsOnAnyNumberOfThreads"
 

@@ -27,6 +27,8 @@ namespace latticed::testing {
 namespace {
 
 constexpr uint64_t kAppendsBetween = 3;  // at least
+constexpr int kAttempts = 5;             // an owner that is stuck ends one before a record is lost
+
 // Appends are under way for some milliseconds after they have passed the fence.
 constexpr char kSlowAppends[] =
     "CREATE FUNCTION slow() RETURNS trigger LANGUAGE plpgsql AS "
@@ -154,9 +156,14 @@ TEST_F(PostgresTakeovers, LoseNothingThatWasAcknowledged) {
 }
 
 TEST_F(PostgresTakeovers, LoseRecordsWithoutTheFence) {
-  const int first = TakeUntilALoss(false).lost;
-  EXPECT_GT(first, 0) << "the test above would not notice a loss";
-  printf("a record was lost at takeover %d\n", first);
+  Outcome outcome;
+  int attempt = 0;
+  while (outcome.lost == 0 && attempt < kAttempts) {
+    outcome = TakeUntilALoss(false);
+    ++attempt;
+  }
+  EXPECT_GT(outcome.lost, 0) << "the test above would not notice a loss";
+  printf("a record was lost at takeover %d, attempt %d\n", outcome.lost, attempt);
 }
 
 }  // namespace
