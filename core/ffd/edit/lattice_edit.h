@@ -141,7 +141,7 @@ struct EditTarget {
   std::vector<bool> written;              // per control point
   double drag_residual = 0;               // the largest of the drags, world units
   bool strength_written = false;
-  std::vector<uint32_t> named;  // what the present edit has written, and what images follow
+  std::vector<uint32_t> named;  // what the present edit has written; their mirror images follow
 
   explicit EditTarget(Lattice start, double with_strength = 1);
 };

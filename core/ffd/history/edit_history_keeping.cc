@@ -66,10 +66,9 @@ absl::Status EditHistory::KeepIn(Lattice& replaced, const EditBatch& batch,
   std::optional<PointFreedom> freedom;
   if (!kept.points_are_free()) freedom.emplace(kept, replaced.structure);
   const LatticeStructure& present = lattice().structure;
-  // Where the shape is kept, or only what goes on outside changes, held points are where they were, and a mirror moves
-  // nothing by itself.
-  if (freedom.has_value() && !LoneEdit<ReplaceLattice>(batch)->keep_shape &&
-      HaveSameNet(present, replaced.structure) && present.frame == replaced.structure.frame &&
+  // Where control points stay, as when the shape is kept, a mirror moves nothing by itself.
+  if (freedom.has_value() && HaveSameNet(present, replaced.structure) &&
+      present.frame == replaced.structure.frame &&
       replaced.control_points != lattice().control_points) {
     EditTarget target({replaced.structure, lattice().control_points});
     target.freedom = &*freedom;

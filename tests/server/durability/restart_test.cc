@@ -110,23 +110,16 @@ TEST_F(RestartTest, ConstraintsAreKeptAndHonoured) {
   ASSERT_OK(Apply(batch));
   ASSERT_OK(Apply(Move("ann", 2, 22, 0.1)));
   const v1::LatticeState before = Lattice();
-  const auto volume = [this] {
-    auto request = For<v1::MeasureSceneRequest>();
-    request.add_measures(v1::MEASURE_VOLUME);
-    v1::MeasureSceneResponse response;
-    EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
-    return response.volume();
-  };
-  const double kept = volume();
+  const double kept = MeasuredVolume();
 
   Restart();
 
   EXPECT_EQ(Lattice().SerializeAsString(), before.SerializeAsString());
-  EXPECT_EQ(volume(), kept);
+  EXPECT_EQ(MeasuredVolume(), kept);
   ASSERT_OK(Apply(Move("ann", 3, 21, 0.3)));  // held
   EXPECT_EQ(Lattice().lattice().control_points(3 * 21), before.lattice().control_points(3 * 21));
   ASSERT_OK(Apply(Move("ann", 4, 22, 0.3)));
-  EXPECT_NEAR(volume() / kept, 1, 2e-12);
+  EXPECT_NEAR(MeasuredVolume() / kept, 1, 2e-12);
   EXPECT_NE(Lattice().lattice().control_points(3 * 22), before.lattice().control_points(3 * 22));
   // Undo goes back over the restart, to before the constraints.
   for (uint64_t sequence = 5; sequence <= 8; ++sequence)

@@ -31,14 +31,7 @@ class ConstraintEditsTest : public SceneFixture {
     return batch;
   }
   v1::EditBatch Pull(double x, uint32_t point = 21) { return Move("ann", ++sequence_, point, x); }
-  double Volume() {
-    auto request = For<v1::MeasureSceneRequest>();
-    request.add_measures(v1::MEASURE_VOLUME);
-    v1::MeasureSceneResponse response;
-    EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
-    return response.volume();
-  }
-  void ExpectKept() { EXPECT_NEAR(Volume() / kRestVolume, 1, 1e-12); }
+  void ExpectKept() { EXPECT_NEAR(MeasuredVolume() / kRestVolume, 1, 1e-12); }
 
   std::string open_;
   uint64_t sequence_ = 0;
@@ -89,16 +82,16 @@ TEST_F(ConstraintEditsTest, AGestureKeepsTheVolumeByItself) {
     EXPECT_EQ(after.lattice().control_points(3 * i), before.lattice().control_points(3 * i));
   }
   ASSERT_OK(Apply(Pull(0.5)));
-  EXPECT_GT(std::abs(Volume() / kRestVolume - 1), 1e-6);  // a batch that does not name it
+  EXPECT_GT(std::abs(MeasuredVolume() / kRestVolume - 1), 1e-6);  // a batch that does not name it
 }
 
 TEST_F(ConstraintEditsTest, AGivenVolumeIsReached) {
   v1::Constraints constraints;
   constraints.mutable_volume()->set_volume(3);
   ASSERT_OK(Apply(Constrain(constraints)));
-  EXPECT_NEAR(Volume(), kRestVolume, 1e-12);  // setting it moves nothing
+  EXPECT_NEAR(MeasuredVolume(), kRestVolume, 1e-12);  // setting it moves nothing
   ASSERT_OK(Apply(Pull(0.1)));
-  EXPECT_NEAR(Volume(), 3, 3e-12);
+  EXPECT_NEAR(MeasuredVolume(), 3, 3e-12);
 }
 
 TEST_F(ConstraintEditsTest, AllAreToldAndKeptThroughKnots) {

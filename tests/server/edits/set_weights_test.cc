@@ -260,11 +260,7 @@ TEST_F(SetWeightsTest, TheVolumeIsKeptByTheNextEdit) {
   move.set_scene("cube-scene");
   move.set_structure_id(2);
   ASSERT_OK(Apply(move));
-  auto request = For<v1::MeasureSceneRequest>("cube-scene");
-  request.add_measures(v1::MEASURE_VOLUME);
-  v1::MeasureSceneResponse response;
-  ASSERT_OK(Call(&Scenes::MeasureScene, request, &response));
-  EXPECT_NEAR(response.volume(), 1, 1e-12);
+  EXPECT_NEAR(MeasuredVolume("cube-scene"), 1, 1e-12);
 }
 
 TEST_F(SetWeightsTest, WatchesGoOn) {

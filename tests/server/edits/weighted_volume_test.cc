@@ -83,13 +83,7 @@ class WeightedVolumeTest : public SceneFixture {
     return Apply(batch);
   }
   // The volume over that at rest, minus 1.
-  double Excess() {
-    auto request = For<v1::MeasureSceneRequest>();
-    request.add_measures(v1::MEASURE_VOLUME);
-    v1::MeasureSceneResponse response;
-    EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
-    return response.volume() / kSplitBoxVolume - 1;
-  }
+  double Excess() { return MeasuredVolume() / kSplitBoxVolume - 1; }
   void ExpectKept(const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
     const ::testing::ScopedTrace trace(file, line, "the caller");
     EXPECT_LE(std::abs(Excess()), kVolumeSlack);

@@ -7,7 +7,6 @@
 // ThreadSanitizer. LATTICED_SEED sets the seed of the random numbers.
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <map>
 #include <random>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "absl/time/clock.h"
 #include "core/cpu/cpu_backend.h"
 #include "tests/server/engine/engine_support.h"
+#include "tests/support/seed.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -207,8 +207,7 @@ void RunWatcher(const std::shared_ptr<Scene>& scene, Record& record, uint64_t se
 }
 
 TEST(ModelBasedTest, EveryUpdateIsConsistentAndEveryWatcherEndsAtTheHead) {
-  const char* given = std::getenv("LATTICED_SEED");
-  const uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : 20240511;
+  const uint32_t seed = SeedOr(20240511);
   SCOPED_TRACE("LATTICED_SEED=" + std::to_string(seed));
   const auto backend = MakeCpuBackend({.threads = 1});
   SceneRegistry registry(backend.get(), 3);

@@ -44,13 +44,7 @@ class KeptVolumesTest : public RemovedLatticesTest, public ::testing::WithParamI
     return batch;
   }
   // The volume over that at rest, minus 1.
-  double Excess() {
-    auto request = For<v1::MeasureSceneRequest>();
-    request.add_measures(v1::MEASURE_VOLUME);
-    v1::MeasureSceneResponse response;
-    EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
-    return response.volume() - 1;
-  }
+  double Excess() { return MeasuredVolume() - 1; }
   std::string Points(uint32_t number) { return LatticeAt(number).lattice().SerializeAsString(); }
   // Applies an edit that moves lattice 0 for the volume.
   void ApplyFollowed(const v1::EditBatch& batch, const char* what) {

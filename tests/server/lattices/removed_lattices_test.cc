@@ -238,11 +238,7 @@ TEST_F(RemovedLatticesTest, WeightsRestoreTheVolumeThatLatticeZeroKeeps) {
     return batch;
   };
   ASSERT_OK(Apply(weigh()));
-  auto measure = For<v1::MeasureSceneRequest>();
-  measure.add_measures(v1::MEASURE_VOLUME);
-  v1::MeasureSceneResponse got;
-  ASSERT_OK(Call(&Scenes::MeasureScene, measure, &got));
-  EXPECT_NEAR(got.volume(), 1, 1e-12);
+  EXPECT_NEAR(MeasuredVolume(), 1, 1e-12);
   EXPECT_EQ(LatticeAt(1).lattice().SerializeAsString(), other);
 
   ASSERT_OK(Apply(Undo(0)));

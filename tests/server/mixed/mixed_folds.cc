@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "fmt/format.h"
 #include "tests/server/mixed/mixed_session.h"
 
 namespace latticed::testing {

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "core/ffd/direct_ffd.h"
 #include "fmt/format.h"
 #include "tests/server/mixed/mixed_session.h"
 
@@ -19,7 +20,7 @@ constexpr double kReach = 0.1, kFar = 0.5;  // of a move along each axis
 v1::EditBatch MixedSession::RandomMove(uint32_t number, NumberState& next, double reach) {
   std::set<uint32_t> indices;
   for (int i = Below(3); i >= 0; --i) indices.insert(AnyPoint(number));
-  const Vec3d offset{Number(-reach, reach), Number(-reach, reach), Number(-reach, reach)};
+  const Vec3d offset = Offset(reach);
   v1::EditBatch batch = Batch(number);
   auto& move = *batch.add_edits()->mutable_move_control_points();
   move.mutable_indices()->Add(indices.begin(), indices.end());
@@ -47,12 +48,8 @@ std::vector<CubePlace> MixedSession::PlacesToDrag(uint32_t number) {
   const size_t count = 1 + static_cast<size_t>(Below(3));
   for (int n = 0; n < 40 && places.size() < count; ++n) {
     const CubePlace place = AnyPlace();
-    const Vec3d at = map.ToParameter(place.rest);
-    bool counts = model_.WeightAt(place) >= 0.3;
-    for (int a = 0; a < 3; ++a) {
-      counts = counts && at[a] > s.domain_begin(a) && at[a] < s.domain_end(a);
-    }
-    if (counts) places.push_back(place);
+    if (model_.WeightAt(place) < 0.3 || !FindVolumePlace(s, map, place.rest)) continue;
+    places.push_back(place);
   }
   return places;
 }
@@ -63,9 +60,9 @@ void MixedSession::DragPoints() {
   const NumberState& now = model_.Now(number);
   const std::vector<CubePlace> places = PlacesToDrag(number);
   if (places.empty() || (now.strength != 0 && now.strength < 0.2)) return MovePoints();
-  Vec3d offset{Number(-kReach, kReach), Number(-kReach, kReach), Number(-kReach, kReach)};
+  Vec3d offset = Offset(kReach);
   if (now.mirror.has_value()) {
-    offset = offset - Dot(offset, MirrorNormal(now)) * MirrorNormal(now);
+    offset -= Dot(offset, MirrorNormal(now)) * MirrorNormal(now);
   }
   v1::EditBatch batch = Batch(number);
   auto& drag = *batch.add_edits()->mutable_drag_points();
@@ -93,6 +90,13 @@ void MixedSession::DragPoints() {
   ++counts_["drags that reach their target"];
 }
 
+void MixedSession::EndGesture(uint32_t number, const std::string& id, v1::GesturePhase phase) {
+  v1::EditBatch end = Batch(number);
+  end.set_gesture_id(id);
+  end.set_gesture_phase(phase);
+  ASSERT_OK(Apply(end));
+}
+
 // Each update is of the lattice at the begin. All are one step, or none if it is cancelled.
 void MixedSession::MakeGesture() {
   const uint32_t number = AnyPresent();
@@ -107,10 +111,7 @@ void MixedSession::MakeGesture() {
     if (Below(6) == 0) RestartServer();
   }
   const bool is_cancelled = Below(3) == 0;
-  v1::EditBatch end = Batch(number);
-  end.set_gesture_id(id);
-  end.set_gesture_phase(is_cancelled ? v1::GESTURE_PHASE_CANCEL : v1::GESTURE_PHASE_COMMIT);
-  ASSERT_OK(Apply(end));
+  EndGesture(number, id, is_cancelled ? v1::GESTURE_PHASE_CANCEL : v1::GESTURE_PHASE_COMMIT);
   if (is_cancelled) {
     model_.ForgetUndone(number);  // by its first update
     ++counts_["gestures cancelled"];

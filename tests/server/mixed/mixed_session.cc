@@ -3,13 +3,13 @@
 #include "tests/server/mixed/mixed_session.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
+#include "core/ffd/direct_ffd.h"
 #include "core/ffd/outside/outside_rules.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace latticed::testing {
@@ -37,12 +37,7 @@ Bounds CubeBounds() {
 
 bool ContainsCube(const LatticeStructure& s) {
   return std::ranges::all_of(kCubeVertices, [map = FrameMap(s), &s](Vec3d p) {
-    const Vec3d at = map.ToParameter(p);
-    bool inside = true;
-    for (int a = 0; a < 3; ++a) {
-      inside = inside && at[a] > s.domain_begin(a) && at[a] < s.domain_end(a);
-    }
-    return inside;
+    return FindVolumePlace(s, map, p).has_value();
   });
 }
 
@@ -68,12 +63,7 @@ Lattice LatticeOf(const v1::LatticeState& state) {
 }
 
 void MixedSession::SetUp() {
-  const char* const given = std::getenv("LATTICED_SEED");
-  const auto seed = (given == nullptr ? kMixedSeed : static_cast<uint32_t>(std::atoi(given))) +
-                    static_cast<uint32_t>(GetParam());
-  RecordProperty("seed", static_cast<int>(seed));
-  std::printf("seed %u\n", seed);
-  random_.seed(seed);
+  random_.seed(SeedOfCase(kMixedSeed, GetParam()));
   Restart();
   mesh_ = Upload(CubeOfTriangles());
   std::vector<v1::Lattice> lattices;
@@ -127,7 +117,7 @@ latticed::Lattice MixedSession::DrawLattice(Kind kind, double turn) {
     options.extra[a] = Below(2);
   }
   const double away = kind == Kind::kWhole ? 0.05 : kind == Kind::kHalf ? 0.2 : 0.35;
-  options.shift = {Number(-away, away), Number(-away, away), Number(-away, away)};
+  options.shift = Offset(away);
   options.scale = kind == Kind::kHalf ? 0.75 : 0.4;
   if (kind == Kind::kWhole) options.scale = turn == 0 ? 1.2 : 2;
   latticed::Lattice lattice{.structure = MakeStructure(CubeBounds(), options),

@@ -51,7 +51,7 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
   void KeepVolume();
 
   // Numbers, states, strengths and control points of all lattices are those of the model. Points of the surface and of the
-  // world are where the definition puts them, and it folds where the server says.
+  // world are where the definition puts them. In a third of the calls, it also folds where the server says.
   void ExpectModel();
   // The same of all points of the surface's patches, as the backend evaluates them.
   void ExpectSurface();
@@ -65,6 +65,9 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
   double Number(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
+  Vec3d Offset(double reach) {
+    return {Number(-reach, reach), Number(-reach, reach), Number(-reach, reach)};
+  }
   uint32_t AnyPresent();
   uint32_t AnyPoint(uint32_t number);
   // As a scene may have it beside any other lattices: each contains the cube, or fades out, or goes on along lines.
@@ -72,6 +75,7 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
   latticed::Lattice DrawLattice(Kind kind, double turn);
   // Moves some points by one offset, by at most `reach` along each axis, also in `next`.
   v1::EditBatch RandomMove(uint32_t number, NumberState& next, double reach);
+  void EndGesture(uint32_t number, const std::string& id, v1::GesturePhase phase);
   // Makes `next` the number's state, with what only the server tells: the last bits of control points, all of them where
   // `next` has none, and after a change of structure which of them are held.
   void TakeOver(uint32_t number, const std::string& what, NumberState next, bool is_structural);
@@ -112,7 +116,6 @@ class MixedSession : public RemovedLatticesTest, public ::testing::WithParamInte
   void Follow(uint32_t number);
   void EditWithVolume();
   void UndoAll();
-  double Volume();
   std::vector<std::string> States();
   // A gesture that is cancelled: then there is nothing to redo.
   void ForgetUndone(uint32_t number);

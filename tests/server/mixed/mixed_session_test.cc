@@ -9,11 +9,11 @@
 //   lattices        numbers, structures, strengths, held points and control points are the model's, bit by bit; so a refused
 //                   batch changes nothing
 //   points          of the world and of the surface are where the definition in double puts them
-//   folds           are where the definition has them, and nowhere in a certified scene
 //   knots, degrees  keep the shape
 //   a kept volume   is kept to 1e-12 after each edit, and undone with it, bit by bit
 //
-// Now and then all points of the patches, as the backend evaluates them, are compared, too.
+// Now and then all points of the patches, as the backend evaluates them, are compared, too; and folds: they are where the
+// definition has them, and nowhere in a certified scene.
 #include <algorithm>
 #include <cstdio>
 #include <vector>

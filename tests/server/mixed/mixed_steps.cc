@@ -35,9 +35,9 @@ bool IsSymmetric(const LatticeStructure& s, int axis) {
   for (size_t i = 0; i < knots.size(); ++i) {
     if (std::abs(knots[i] + knots[knots.size() - 1 - i] - both) > kSymmetric) return false;
   }
-  const auto& [widths, steps] = std::pair(s.outside.widths, s.outside.steps);
-  return widths[2 * a] == widths[2 * a + 1] &&
-         std::abs(steps[2 * a] - steps[2 * a + 1]) <= kSymmetric;
+  const size_t begin = SideOf(a, false), end = SideOf(a, true);
+  return s.outside.widths[begin] == s.outside.widths[end] &&
+         std::abs(s.outside.steps[begin] - s.outside.steps[end]) <= kSymmetric;
 }
 
 // Every knot once more, for one degree more.

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/server/points/random_session.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <set>
 #include <span>
 #include <utility>
@@ -12,6 +10,7 @@
 #include "core/ffd/outside/outside_map.h"
 #include "fmt/format.h"
 #include "server/wire/converters.h"
+#include "tests/support/seed.h"
 
 namespace latticed::testing {
 namespace {
@@ -94,12 +93,7 @@ std::vector<Vec3d> ControlPointsOf(const v1::LatticeState& state) {
 }
 
 void RandomSession::SetUp() {
-  const char* const given = std::getenv("LATTICED_SEED");
-  const auto seed = static_cast<uint32_t>(given == nullptr ? 2'600 : std::atoi(given)) +
-                    static_cast<uint32_t>(GetParam());
-  RecordProperty("seed", static_cast<int>(seed));
-  std::printf("seed %u\n", seed);
-  random_.seed(seed);
+  random_.seed(SeedOfCase(2'600, GetParam()));
   Restart();
   mesh_ = Upload(BoxObj());
   v1::CreateSceneRequest request = SceneRequest();

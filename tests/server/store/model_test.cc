@@ -5,7 +5,6 @@
 // is read must be equal. The medium fails at times, and the folder is opened anew.
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <map>
 #include <random>
 #include <string>
@@ -15,6 +14,7 @@
 #include "gtest/gtest.h"
 #include "server/store/store.h"
 #include "tests/server/store/opened_store.h"
+#include "tests/support/seed.h"
 #include "tests/support/status_matchers.h"
 
 namespace latticed::testing {
@@ -117,8 +117,7 @@ class StoreModel : public ::testing::Test {
 };
 
 TEST_F(StoreModel, AnswersAsOneInMemory) {
-  const char* given = std::getenv("LATTICED_SEED");
-  const unsigned first = given == nullptr ? 1 : static_cast<unsigned>(std::atoi(given));
+  const uint32_t first = SeedOr(1);
   for (unsigned seed = first; seed < first + kSessions && !HasFailure(); ++seed) {
     SCOPED_TRACE(fmt::format("LATTICED_SEED={}", seed));
     random_.seed(seed);

@@ -212,6 +212,14 @@ v1::Scene ServerTest::Get(const std::string& scene) {
   return result;
 }
 
+double ServerTest::MeasuredVolume(const std::string& scene) {
+  auto request = For<v1::MeasureSceneRequest>(scene);
+  request.add_measures(v1::MEASURE_VOLUME);
+  v1::MeasureSceneResponse response;
+  EXPECT_OK(Call(&Scenes::MeasureScene, request, &response));
+  return response.volume();
+}
+
 v1::LatticeState ServerTest::Lattice() {
   v1::LatticeState state;
   EXPECT_OK(Call(&Scenes::GetLattice, For<v1::GetLatticeRequest>(), &state));

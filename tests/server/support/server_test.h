@@ -148,6 +148,7 @@ class ServerTest : public ::testing::Test {
   }
   v1::Scene Get(const std::string& scene = kScene);
   v1::LatticeState Lattice();
+  double MeasuredVolume(const std::string& scene = kScene);
   absl::Status DeleteScene(const std::string& scene = kScene) {
     return Call(&Scenes::DeleteScene, For<v1::DeleteSceneRequest>(scene));
   }

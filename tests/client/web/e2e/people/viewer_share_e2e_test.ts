@@ -4,23 +4,21 @@
 // Links that the viewer makes, and what those who open them may do.
 // Environment: LATTICED, CHROMIUM; LATTICED_VIEWER, the folder of the viewer; LATTICED_SHOTS, a folder for screenshots.
 import assert from 'node:assert/strict';
-import { createHash } from 'node:crypto';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { openPage } from '../support/browser';
 import { allPoints, browser, CORNER, errors, openTorus, page, server, shot, until, useStage } from '../support/stage';
+import { TOKENS, tokenOptions } from '../support/tokens';
 import { live } from '../support/viewer_page';
 
-const TOKEN = 'let-me-edit';
 const folder = mkdtempSync(join(tmpdir(), 'latticed-viewer-'));
-writeFileSync(join(folder, 'tokens'), `${createHash('sha256').update(TOKEN).digest('hex')} edit ada\n`);
 
 useStage({
-  serverOptions: ['--token-file', join(folder, 'tokens')],
-  address: () => `${server.origin}/#token=${TOKEN}`,
+  serverOptions: tokenOptions(folder),
+  address: () => `${server.origin}/#token=${TOKENS.edit}`,
   begin: async () => {
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openTorus();
